@@ -6,6 +6,7 @@ from .elasticity.section_mesh import section
 from .gear.data_sheet import DataSheet, Quantity
 from .gear.gear import Gear
 from .gear.material import STEEL, Material
+from .gear.pinion_cutter import PinionCutter
 from .microgeometry.deviation import Grid, PitchDeviation
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
@@ -46,6 +47,7 @@ __all__ = [
     "MapCost",
     "Material",
     "Offsets",
+    "PinionCutter",
     "PitchDeviation",
     "ProfileCrowning",
     "Quantity",

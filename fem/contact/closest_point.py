@@ -1,6 +1,6 @@
 """Where the flanks of each tooth pair are closest: a search along the profile, and across the face without load."""
 
-from math import inf
+from math import copysign, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -82,6 +82,6 @@ def _take_smallest(mesh, sections, rolls, closest):
 @unchecked
 def _radius(mesh, at, roll):
     """Relative transverse radius of curvature of the involutes [m] at a roll length of the host."""
-    host = max(roll, LEAST_ROLL * at.tip)
-    mate = max(turn_to_contact(mesh, at, roll)[1], LEAST_ROLL * at.mate_tip)
+    host = copysign(max(abs(roll), LEAST_ROLL * abs(at.tip)), at.r_host)
+    mate = copysign(max(abs(turn_to_contact(mesh, at, roll)[1]), LEAST_ROLL * abs(at.mate_tip)), at.r_mate)
     return host * mate / (host + mate)

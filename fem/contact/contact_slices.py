@@ -9,7 +9,7 @@ import numpy as np
 
 from fem.contact.closest_point import Closest, closest_points
 from fem.contact.flank_gap import OUT_OF_REACH
-from fem.contact.mesh_geometry import PairGeometry, pair_geometry
+from fem.contact.mesh_geometry import PairGeometry, host_changes_at, pair_geometry
 from fem.pair import hertz
 from fem.pair.mesh_position import MeshPosition
 from fem.support.numba_cache import kept_unchecked
@@ -77,7 +77,7 @@ class ContactSlices:
     @property
     def pinion_is_host(self) -> np.ndarray:
         """(n,) whether the pinion carries the strips."""
-        return self.position.nominal(self.number, self.middle) < self.position.path.pitch
+        return self.position.nominal(self.number, self.middle) < host_changes_at(self.position.path)
 
     @cached_property
     def closest(self) -> Closest:

@@ -1,10 +1,11 @@
 """The gap between two flanks in a transverse section: exact involutes and the material removed from them.
 
 One gear, the host, carries the strips of a slice; the normals of its flank are the directions of contact. It is the
-pinion before the pitch point and the wheel behind it, so that only the tip of the mate can end the strips.
+pinion before the pitch point and the wheel behind it (`mesh_geometry.host_changes_at`), so that only the tip of the mate
+can end the strips.
 """
 
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, copysign, cos, pi, sin, sqrt
 
 import numpy as np
 
@@ -46,15 +47,16 @@ def sections_of(mesh, number, low, high, te):
         at, position = sections[i], mesh.position
         at.number, at.axial, at.width, at.te = number[i], (low[i] + high[i]) / 2, high[i] - low[i], te[i]
         roll = position.pitch + (position.phase + at.number) * position.p_bt + at.axial * position.slope
-        at.host = 0 if roll < position.pitch else 1
+        at.host = 0 if roll < position.host_changes_at else 1
         host, mate = mesh.gears[at.host], mesh.gears[1 - at.host]
         at.r_host, at.r_mate, at.form, at.tip = host.r_b, mate.r_b, host.roll_form, host.roll_tip
         at.nominal = (position.length - roll if at.host else roll) + te[i] / 2
         at.mate_nominal, at.mate_tip = position.length - at.nominal + te[i], mate.roll_tip
         at.set_back, at.mate_set_back = _set_back(mesh, at.host, at.number), _set_back(mesh, 1 - at.host, at.number)
         nearest = min(to_mate_frame(mesh, at, at.form)[2], to_mate_frame(mesh, at, at.tip)[2])
-        host_angle = max(at.form - at.nominal, at.nominal - at.tip) / at.r_host
-        mate_angle = max(-at.mate_nominal, at.mate_nominal - at.mate_tip) / at.r_mate
+        host_angle = max(at.form - at.nominal, at.nominal - at.tip) / abs(at.r_host)
+        mate_least = 0.0 if at.r_mate > 0 else mate.roll_form
+        mate_angle = max(mate_least - at.mate_nominal, at.mate_nominal - at.mate_tip) / abs(at.r_mate)
         at.out_of_reach = nearest > at.mate_tip or max(host_angle, mate_angle) > TURNED_AWAY
     return sections
 
@@ -82,7 +84,7 @@ def to_mate_frame(mesh, at, roll):
     angle = -mesh.position.alpha - (roll - at.nominal) / at.r_host
     n_x, n_y, shortened = -sin(angle), cos(angle), roll - at.set_back
     x, y = mesh.position.a - at.r_host * n_y - shortened * n_x, at.r_host * n_x - shortened * n_y
-    mate_roll = sqrt(max(x * x + y * y - at.r_mate * at.r_mate, 0.0))
+    mate_roll = copysign(sqrt(max(x * x + y * y - at.r_mate * at.r_mate, 0.0)), at.r_mate)
     return x, y, mate_roll, max((mesh.position.a * n_y - at.r_host) / at.r_mate, LEAST_LEVER)
 
 
@@ -102,11 +104,12 @@ def turn_to_contact(mesh, at, roll):
 def opposing_roll(mesh, at, mate_roll):
     """Roll length of the host whose normal meets the mate at a roll length [m], within its flank."""
     roll = min(max(at.nominal, at.form), at.tip)
+    least, largest = min(at.form**2, at.tip**2), max(at.form**2, at.tip**2)
     for _ in range(NEWTON_STEPS):
         _, _, met, lever = to_mate_frame(mesh, at, roll)
         square = roll * roll + (met * met - mate_roll * mate_roll) * at.r_host / (lever * at.r_mate)
-        last, roll = roll, sqrt(min(max(square, at.form * at.form), at.tip * at.tip))
-        if abs(roll - last) < SHORTEST * at.tip:
+        last, roll = roll, copysign(sqrt(min(max(square, least), largest)), at.r_host)
+        if abs(roll - last) < SHORTEST * abs(at.tip):
             break
     return roll
 

@@ -12,13 +12,15 @@ from fem.microgeometry.compiled_flank import CompiledFlank, UsersModifications, 
 from fem.microgeometry.flank import rounding
 from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition
+from fem.pair.path_of_contact import PathOfContact
 
 #: Working centre distance [m] and transverse pressure angle [rad], cosine and tangent of the base helix angle, roll
 #: length of the pinion at the pitch point [m], length of the line of action between the base circles [m], position in
-#: the mesh cycle, base pitch [m], module [m], flattening of both flanks (`fem.pair.hertz.flattening`) [m^2/N].
+#: the mesh cycle, base pitch [m], module [m], flattening of both flanks (`fem.pair.hertz.flattening`) [m^2/N], roll
+#: length of the pinion from which on the wheel is the host [m].
 POSITION = np.dtype(
     [(name, "f8") for name in ("a", "alpha", "inclined", "slope", "pitch", "length", "phase", "p_bt", "m_n")]
-    + [("flattening", "f8"), ("modified", "i8")]
+    + [("flattening", "f8"), ("modified", "i8"), ("host_changes_at", "f8")]
 )
 #: Base radius, roll lengths at root form and tip circle and where the tip edge begins, radius to which this is rounded,
 #: axial position of mid-plane [m]; key of the user's modifications; flattening of the flank [m^2/N].
@@ -66,8 +68,18 @@ def pair_geometry(position: MeshPosition) -> PairGeometry:
     numbers = position.a, position.alpha, cos(pair.beta_b), tan(pair.beta_b), path.pitch, path.length, position.phase
     further = pair.p_bt, pair.pinion.m_n, records["flattening"].sum(), any(gear.drive_flank for gear in gears)
     table = np.concatenate([pinion.table, wheel.table])
-    at = np.array([(*numbers, *further)], POSITION)[0]
+    at = np.array([(*numbers, *further, host_changes_at(path))], POSITION)[0]
     return PairGeometry(PairRecords(at, records, pinion.rows, wheel.rows, table), (pinion.users, wheel.users))
+
+
+def host_changes_at(path: PathOfContact) -> float:
+    """Roll length of the pinion from which on the wheel carries the strips [m]: at the pitch point.
+
+    That of a ring may lie outside the path of contact, or at its end: the host changes in the middle half of the path,
+    far from the tips of both gears.
+    """
+    quarter = (path.end - path.start) / 4
+    return min(max(path.pitch, path.start + quarter), path.end - quarter)
 
 
 def _record(gear: Gear, axial: float, flank: CompiledFlank) -> tuple:

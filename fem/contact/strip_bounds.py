@@ -1,6 +1,6 @@
 """Strips along the profile on which the contact pressure is constant: equal ones, finer ones at a rounded tip edge."""
 
-from math import asinh, hypot, log, sinh, sqrt
+from math import asinh, copysign, hypot, log, sinh, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -132,9 +132,10 @@ def _write_edges(mesh, at, window, closest, half_width, equal, width, roll):
             after = focus + scale * sinh(first + (last - first) * ((k + 1) / m))
             before = focus + scale * sinh(first + (last - first) * (k / m))
         width[k] = (end - start) / m if equal else after - before
-        roll[2 * k], roll[2 * k + 1] = sqrt(2 * at.r_host * before), sqrt(at.r_host * (before + after))
+        roll[2 * k] = copysign(sqrt(2 * at.r_host * before), at.r_host)
+        roll[2 * k + 1] = copysign(sqrt(at.r_host * (before + after)), at.r_host)
         before = after
-    roll[2 * m] = sqrt(2 * at.r_host * before)
+    roll[2 * m] = copysign(sqrt(2 * at.r_host * before), at.r_host)
 
 
 @unchecked

@@ -7,7 +7,7 @@ from skfem import MeshHex, MeshLine, MeshQuad
 
 from fem.elasticity.face_symmetry import WholeFace
 from fem.elasticity.mesh_density import Density
-from fem.elasticity.section_mesh import BORE, rotated, section
+from fem.elasticity.section_mesh import clamped_boundary, rotated, section
 from fem.gear.gear import Gear
 from fem.support.arguments import checked
 
@@ -36,11 +36,10 @@ def both_sides(half: MeshLine) -> MeshLine:
 
 @checked
 def hexahedra(gear: Gear, density: Density) -> MeshHex:
-    """The gear as hexahedra along the helix with the boundary "bore", 4 `width` of them from end face to end face."""
+    """The gear as hexahedra along the helix, 4 `width` of them from end face to end face; boundary as in `section`."""
     line = both_sides(half_face(gear.b, gear.b, 2 * density.width))
     mesh = extruded(section(gear, density), line, gear.twist)
-    limit = gear.d_bore / 2 * (1 + 1e-6)
-    return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
+    return mesh.with_boundaries(clamped_boundary(gear, mesh))
 
 
 def extruded(quads: MeshQuad, line: MeshLine, twist: float = 0.0) -> MeshHex:

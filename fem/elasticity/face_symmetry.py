@@ -11,8 +11,8 @@ import numpy as np
 
 from fem.gear.gear import Gear
 
-#: Nodes lie on the bore, and on mid-plane, within this share of the bore's radius, and of the face width.
-ON_BORE, ON_MID_PLANE = 1e-6, 1e-9
+#: Nodes lie on mid-plane within this share of the face width.
+ON_MID_PLANE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -91,13 +91,14 @@ class HalfFace:
 Face = WholeFace | HalfFace
 
 
-def clamped(gear: Gear, points: np.ndarray, components: int, face: Face) -> np.ndarray:
+def clamped(gear: Gear, held: np.ndarray, points: np.ndarray, components: int, face: Face) -> np.ndarray:
     """(components, ...) whether a displacement vanishes: all do on the rigid hub, some in the plane of symmetry.
 
+    held        (...) whether a point lies on the hub; broadcasts
     points      (2, ...) in the transverse section, or (3, ...) in space [m]
     """
     vanish = np.zeros((components, *points.shape[1:]), bool)
-    vanish[:, np.hypot(points[0], points[1]) < gear.d_bore / 2 * (1 + ON_BORE)] = True
+    vanish |= held
     if len(points) == 3:
         for component in face.clamped_in_mid_plane:
             vanish[component] |= np.abs(points[2]) < ON_MID_PLANE * gear.b

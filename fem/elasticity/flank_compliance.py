@@ -24,6 +24,7 @@ from fem.elasticity.half_space import half_space
 from fem.elasticity.hat_functions import hat, hats, overlap, spread, values_of_means
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism, flank_displacements
+from fem.gear import tooth_profile
 from fem.gear.gear import Gear
 from fem.support.blas_threads import one_thread, side_by_side
 from fem.support.cache import Arrays, cached, folder, known, source_stamp
@@ -73,7 +74,7 @@ class Computation(NamedTuple):
 
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
-    """Compliance of the gear clamped at its bore, from the cache where it was computed before.
+    """Compliance of the gear clamped at its bore, or at the outside of its rim, from the cache where it was computed before.
 
     loaded      width of the part of the face that can carry load, in its middle [m]
     whole       whether to model the whole face, for loads that differ on its halves; always done for helical gears
@@ -203,9 +204,9 @@ def flank_line(gear: Gear, section: Basis, tooth: int) -> tuple[Basis, np.ndarra
     scikit-fem's FacetBasis finds points on facets by Newton's method, which fails for small elements far from the axis.
     """
     mesh, facets = section.mesh, section_mesh.flank_facets(gear, section.mesh, tooth)
-    facets = facets[np.argsort(np.hypot(*mesh.p[:, mesh.facets[:, facets]].mean(axis=1)))]
+    facets = facets[np.argsort(tooth_profile.polar(gear, mesh.p[:, mesh.facets[:, facets]].mean(axis=1)).r)]
     vertices = np.unique(mesh.facets[:, facets])
-    vertices = vertices[np.argsort(np.hypot(*mesh.p[:, vertices]))]
+    vertices = vertices[np.argsort(tooth_profile.polar(gear, mesh.p[:, vertices]).r)]
     points, quadratic = mesh.p[:, vertices], bool(section.elem.facet_dofs)
     length = np.append(0.0, np.cumsum(np.hypot(*np.diff(points))))
     line = Basis(MeshLine(length), ElementLineP2() if quadratic else ElementLineP1(), intorder=FLANK_ORDER)
@@ -240,7 +241,7 @@ def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.nd
 def flank_forces(basis: Basis, gear: Gear, arcs: np.ndarray, tooth: int = 0) -> np.ndarray:
     """(2, 3, n_dofs, n_hat) unit forces on a tooth: normal to its flank, and along its profile towards the tip."""
     x, y, size = flank_loads(gear, basis, arcs, tooth)
-    normal = np.stack([cos(gear.beta_b) * x, cos(gear.beta_b) * y, sin(gear.beta_b) * size])
+    normal = np.stack([cos(gear.beta_b) * x, cos(gear.beta_b) * y, gear.sign * sin(gear.beta_b) * size])
     return np.stack([normal, np.stack([-y, x, np.zeros_like(x)])])
 
 

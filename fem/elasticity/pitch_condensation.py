@@ -1,9 +1,9 @@
 """Displacements of flanks from the finite elements of one pitch: those of all toothed pitches are equal but for a turn.
 
 Parts of the section end at radial lines. The unknowns inside a part are eliminated, which leaves a stiffness over its
-two lines and, in a pitch, over its flank. One pitch and half of the toothless rest of the ring, whose other half is its
+two lines and, in a pitch, over its flank. One pitch and half of the toothless rest of the section, whose other half is its
 mirror image, stand for the whole gear. They are joined at the lines, where displacements have tangential, radial and
-axial components; the order of a part's lines is counter-clockwise.
+axial components; the order of a part's lines is counter-clockwise, in an internal gear clockwise.
 """
 
 from collections.abc import Callable
@@ -53,7 +53,8 @@ class Prism:
         else:
             matrix = extruded_elasticity.stiffness(section, self.axis, gear.material, gear.twist)
             points = extruded_elasticity.points(section, self.axis)
-        free = ~clamped(gear, points, matrix.unknowns.shape[1] // len(self.spread), self.face)
+        held = section_mesh.on_hub(gear, section).reshape(-1, *[1] * (points.ndim - 2))
+        free = ~clamped(gear, held, points, matrix.unknowns.shape[1] // len(self.spread), self.face)
         return matrix.part(free.ravel()), free.reshape(len(free), section.N, -1)
 
     def mirror(self, free: np.ndarray) -> np.ndarray:
@@ -75,9 +76,9 @@ def flank_displacements(prism: Prism, density: Density, forces: FlankForces) -> 
     Virtual forces act into the flanks of teeth 0 to `density.teeth`, then along the profiles of teeth from
     `-density.behind` on. Loads are numbered by spread, then by hat.
     """
-    z, teeth = prism.gear.z, section_mesh.toothed_pitches(prism.gear, density)
+    z, teeth = abs(prism.gear.z), section_mesh.toothed_pitches(prism.gear, density)
     pitch, on_lines, on_flank = loaded_pitch(prism, density, forces)
-    parts = [pitch] * len(teeth) + rest_of_ring(prism, density)
+    parts = [pitch] * len(teeth) + toothless_rest(prism, density)
     ends = np.arange(len(parts))[:, None] + [0, 1]
     ends[-1, 1] = 0
     n_load = on_flank.shape[1]
@@ -115,14 +116,15 @@ def loaded_pitch(prism: Prism, density: Density, forces: FlankForces) -> tuple[n
     return stiffness[:n, :n] - of_lines @ of_lines.T, -of_lines @ of_forces, on_flank
 
 
-def rest_of_ring(prism: Prism, density: Density) -> list[np.ndarray]:
+def toothless_rest(prism: Prism, density: Density) -> list[np.ndarray]:
     """Stiffness over the lines of both halves of the toothless rest; nothing where all pitches have teeth."""
     blocks, pitch = section_mesh.rest_blocks(prism.gear, density), 2 * pi / prism.gear.z
     if not blocks:
         return []
     half = [block[:, : block.shape[1] // 2 + 1] for block in blocks]
     section, tiles = Basis(section_mesh.mesh_of(prism.gear, half), ElementQuad2()), section_mesh.tiles(half, TILE)
-    angles = (density.teeth - density.behind) * pitch / 2 - pi, -(density.behind + 0.5) * pitch
+    opposite = (density.teeth - density.behind) * pitch / 2 - prism.gear.sign * pi
+    angles = opposite, -(density.behind + 0.5) * pitch
     clockwise, free = condensed(prism, section, tiles, angles, np.zeros(0, int))
     return [mirrored(clockwise, prism.mirror(free)), clockwise]
 
@@ -131,14 +133,14 @@ def condensed(prism: Prism, section: Basis, tiles: np.ndarray, angles: tuple[flo
     """Stiffness of a part of the section over its lines and its flank, after elimination of all other unknowns.
 
     tiles       (n_element,) numbers of tiles
-    angles      of the lines, counter-clockwise from y [rad]
+    angles      of the lines, counter-clockwise from the middle of tooth 0 [rad]
     flank       (n,) dofs of the section
 
     Also (components, n_axis): which displacements of a node are unknowns.
     """
     matrix, free = prism.stiffness(section)
     of_section, of_node = np.any(free, axis=(0, 2)), np.any(free, axis=1)
-    lines = [radial_line(section, of_section, angle) for angle in angles]
+    lines = [radial_line(prism.gear, section, of_section, angle) for angle in angles]
     nodes = np.concatenate([*lines, flank])
     kept = matrix.unknowns[(np.cumsum(of_section) - 1)[nodes]].ravel()
     blocks = _in_tiles(matrix, tile_groups(section, tiles, nodes)[of_section]) if prism.axis is None else matrix
@@ -149,9 +151,9 @@ def condensed(prism: Prism, section: Basis, tiles: np.ndarray, angles: tuple[flo
     return stiffness, of_node
 
 
-def radial_line(section: Basis, free: np.ndarray, angle: float) -> np.ndarray:
-    """Free dofs on the radial line at an angle, counter-clockwise from y [rad], from the bore outwards."""
-    x, y = section.doflocs
+def radial_line(gear: Gear, section: Basis, free: np.ndarray, angle: float) -> np.ndarray:
+    """Free dofs on the radial line at an angle from the middle of tooth 0 [rad], outwards."""
+    x, y = gear.sign * section.doflocs
     on_line = np.flatnonzero((np.abs(np.angle((y - 1j * x) * np.exp(-1j * angle))) < ON_LINE) & free)
     return on_line[np.argsort(np.hypot(x, y)[on_line])]
 

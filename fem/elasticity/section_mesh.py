@@ -1,12 +1,14 @@
 """Structured quadrilateral mesh of a gear's transverse section, with the nodes and facets of its flanks.
 
-Tooth 0 points along y; teeth count counter-clockwise; the flank that faces counter-clockwise carries the load.
+Tooth 0 points along y; teeth count counter-clockwise; the left flank, which faces counter-clockwise, carries the load.
+Tooth 0 of an internal gear lies at -y and points along y too; with the signs of `fem.gear.tooth_profile` its section
+is built by the same steps, from the clamped outside of the rim to the tip.
 """
 
 from itertools import pairwise
 
 import numpy as np
-from skfem import MeshQuad
+from skfem import Basis, Mesh, MeshQuad
 
 from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
@@ -15,13 +17,17 @@ from fem.gear.tooth_profile import Polar
 from fem.support.arguments import checked
 from fem.support.validation import require
 
-BORE = "bore"
+BORE, RIM = "bore", "rim"
+#: Exponent by which flank nodes lie closer together near the tip: those of an internal gear, whose flank is concave, need
+#: more. Nodes lie on the clamped circle within this share of its radius.
+TOWARDS_TIP, TOWARDS_TIP_INTERNAL, ON_CIRCLE = 1.5, 2.0, 1e-6
 
 
 def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
     """(n divide + 1,) arc lengths of flank nodes from root form to tip [m], closer together near the tip."""
     low, high = tooth_profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
-    coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** 1.5
+    power = TOWARDS_TIP_INTERNAL if gear.internal else TOWARDS_TIP
+    coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** power
     return divided(coarse, divide)
 
 
@@ -44,13 +50,13 @@ def flank_hats(gear: Gear, density: Density) -> np.ndarray:
 
 
 def flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
-    """Facets of the involute that faces counter-clockwise on the given tooth."""
-    x, y = mesh.p[:, mesh.facets].mean(axis=1)
-    angle = np.arctan2(-x, y) - 2 * np.pi * tooth / gear.z
-    ends = np.hypot(*mesh.p)[mesh.facets]
-    low, high = gear.r_form * (1 - 1e-9), gear.r_a * (1 + 1e-9)
+    """Facets of the involute of the left flank of the given tooth."""
+    angle = tooth_profile.polar(gear, mesh.p[:, mesh.facets].mean(axis=1)).psi * gear.z - 2 * np.pi * tooth
+    ends = tooth_profile.polar(gear, mesh.p).r[mesh.facets]
+    rounding = 1e-9 * abs(gear.r_a)
+    low, high = gear.r_form - rounding, gear.r_a + rounding
     on_flank = (ends.min(axis=0) > low) & (ends.max(axis=0) < high) & (np.ptp(ends, axis=0) > gear.m_n * 1e-6)
-    near = (angle > 0) & (angle < np.pi / gear.z)
+    near = (angle > 0) & (angle < np.pi)
     boundary = np.zeros(mesh.facets.shape[1], bool)
     boundary[mesh.boundary_facets()] = True
     return np.flatnonzero(on_flank & near & boundary)
@@ -59,7 +65,7 @@ def flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
 def flank_nodes(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
     """(2, n) vertices of the mesh on the flank of `flank_facets` [m], from root form to tip."""
     nodes = mesh.p[:, np.unique(mesh.facets[:, flank_facets(gear, mesh, tooth)])]
-    return nodes[:, np.argsort(np.hypot(*nodes))]
+    return nodes[:, np.argsort(tooth_profile.polar(gear, nodes).r)]
 
 
 def divided(nodes: np.ndarray, q: int) -> np.ndarray:
@@ -113,7 +119,7 @@ def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     half_tip = float(tooth_profile.flank(gear, [gear.roll_tip]).psi[0])
     tip = tooth_profile.cartesian(Polar(np.full(even.size, gear.r_a), half_tip * (1 - 2 * even)))
     tooth = along_rows(coons(base, tip, side, mirrored(side)), across)
-    tooth[:, :, -1] *= gear.r_a / np.hypot(*tooth[:, :, -1])
+    tooth[:, :, -1] *= abs(gear.r_a) / np.hypot(*tooth[:, :, -1])
     top = np.hstack([foot[:, ::-1], tooth[:, 1:-1, 0], mirrored(foot)])
     return [tooth, rim_block(gear, density, top)]
 
@@ -130,7 +136,7 @@ def tooth_foot(gear: Gear, density: Density) -> np.ndarray:
 
 def rim_radius(gear: Gear) -> float:
     """Radius of the circle that ends the layer below the root [m]."""
-    return max(gear.r_f - 1.2 * gear.m_t, (gear.r_f + gear.d_bore / 2) / 2)
+    return max(gear.r_f - 1.2 * gear.m_t, (gear.r_f + gear.r_clamp) / 2)
 
 
 def rim_block(gear: Gear, density: Density, top: np.ndarray) -> np.ndarray:
@@ -147,20 +153,19 @@ def rim_steps(density: Density) -> np.ndarray:
 
 
 def body_radii(gear: Gear, density: Density) -> np.ndarray:
-    """Radii from the bore to `rim_radius` [m], closer together at both ends."""
-    inner, outer = gear.d_bore / 2, rim_radius(gear)
+    """Radii from the clamped circle to `rim_radius` [m], closer together at both ends."""
     even = 2 * np.pi * density.steps("body")
-    return inner + (outer - inner) * (even - 0.4 * np.sin(even)) / (2 * np.pi)
+    return gear.r_clamp + (rim_radius(gear) - gear.r_clamp) * (even - 0.4 * np.sin(even)) / (2 * np.pi)
 
 
 def ring_angles(gear: Gear, density: Density) -> np.ndarray:
-    """Angles of radial lines around the toothless rest of the ring [rad], coarser away from the teeth."""
-    start = (density.behind + density.teeth + 1) * np.pi / gear.z
-    first, rest = np.pi / gear.z, np.pi - start
+    """Angles of radial lines around the toothless rest of the section [rad], coarser away from the teeth."""
+    start, half_turn = (density.behind + density.teeth + 1) * np.pi / gear.z, gear.sign * np.pi
+    first, rest = np.pi / gear.z, half_turn - start
     growth = 1.1
     n = max(2, int(np.ceil(np.log1p(rest * (growth - 1) / first) / np.log(growth))))
     half = start + rest * (growth ** np.linspace(0, n, n * density.divide + 1) - 1) / (growth**n - 1)
-    return np.concatenate([2 * np.pi - half, half[-2::-1]]) + (density.teeth - density.behind) * np.pi / gear.z
+    return np.concatenate([2 * half_turn - half, half[-2::-1]]) + (density.teeth - density.behind) * np.pi / gear.z
 
 
 def polar_block(radii: np.ndarray, angles: np.ndarray) -> np.ndarray:
@@ -176,21 +181,21 @@ def rotated(block: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
 
 
 def pitch_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
-    """Grids of the pitch of tooth 0: tooth, layer below it, body down to the bore."""
+    """Grids of the pitch of tooth 0: tooth, layer below it, body down to the clamped circle."""
     tooth, rim = tooth_blocks(gear, density)
     return [tooth, rim, polar_block(body_radii(gear, density), np.linspace(np.pi, -np.pi, rim.shape[1]) / gear.z)]
 
 
 def toothed_pitches(gear: Gear, density: Density) -> range:
     """Numbers of the pitches that have a tooth: all, or those of the density where a toothless rest is left."""
-    if density.behind + density.teeth + 1 < gear.z:
+    if density.behind + density.teeth + 1 < abs(gear.z):
         return range(-density.behind, density.teeth + 1)
-    return range(gear.z)
+    return range(abs(gear.z))
 
 
 def rest_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
-    """Grid of the toothless rest of the ring, if there is one."""
-    if len(toothed_pitches(gear, density)) == gear.z:
+    """Grid of the toothless rest of the section, if there is one."""
+    if len(toothed_pitches(gear, density)) == abs(gear.z):
         return []
     radii = body_radii(gear, density)
     outside = radii[-1] + (gear.r_f - radii[-1]) * rim_steps(density)
@@ -199,7 +204,7 @@ def rest_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
 
 @checked
 def section(gear: Gear, density: Density) -> MeshQuad:
-    """Transverse section of the whole gear: quadrilaterals of scikit-fem with the boundary "bore".
+    """Transverse section of the whole gear: quadrilaterals of scikit-fem with the boundary "bore", or "rim" of a ring.
 
     density    numbers of elements along its parts, such as `fem.Resolution().density`
     """
@@ -209,7 +214,7 @@ def section(gear: Gear, density: Density) -> MeshQuad:
 
 
 def mesh_of(gear: Gear, blocks: list[np.ndarray]) -> MeshQuad:
-    """Mesh of grids (2, n, m) whose common nodes are joined, with the boundary "bore"."""
+    """Mesh of grids (2, n, m) whose common nodes are joined, with the boundary "bore", or "rim" of a ring."""
     points, quads, offset = [], [], 0
     for block in blocks:
         n, m = block.shape[1:]
@@ -218,8 +223,29 @@ def mesh_of(gear: Gear, blocks: list[np.ndarray]) -> MeshQuad:
         points.append(block.reshape(2, -1))
         offset += n * m
     mesh = MeshQuad(*merged(np.hstack(points), np.hstack(quads), gear.m_n * 1e-7))
-    limit = gear.d_bore / 2 * (1 + 1e-6)
-    return mesh.with_boundaries({BORE: lambda x: np.hypot(*x) < limit})
+    return mesh.with_boundaries(clamped_boundary(gear, mesh))
+
+
+def clamped_boundary(gear: Gear, mesh: Mesh) -> dict[str, np.ndarray]:
+    """Facets where the gear is clamped, by the name of the boundary."""
+    return {RIM if gear.internal else BORE: clamped_facets(gear, mesh)}
+
+
+def clamped_facets(gear: Gear, mesh: Mesh) -> np.ndarray:
+    """Boundary facets of a section, or of hexahedra, whose vertices lie on the circle where the gear is clamped.
+
+    Nodes in the middle of straight facets lie inside the circle: those of a rim are not told by their radius.
+    """
+    on_circle = gear.sign * np.hypot(*mesh.p[:2]) < gear.r_clamp + ON_CIRCLE * abs(gear.r_clamp)
+    facets = mesh.boundary_facets()
+    return facets[on_circle[mesh.facets[:, facets]].all(axis=0)]
+
+
+def on_hub(gear: Gear, section: Basis) -> np.ndarray:
+    """(n_dofs,) whether a dof of a section lies on the circle where the gear is clamped."""
+    held = np.zeros(section.N, bool)
+    held[section.get_dofs(clamped_facets(gear, section.mesh)).flatten()] = True
+    return held
 
 
 def tiles(blocks: list[np.ndarray], size: int) -> np.ndarray:

@@ -35,6 +35,11 @@ GEAR = {
     "mass": ("kg", "mass, the bore filled"),
     "inertia": ("kg m^2", "inertia about the axis, the bore filled"),
 }
+#: What differs of an internal gear.
+RING = {
+    "mass": ("kg", "mass of the ring out to d_rim"),
+    "inertia": ("kg m^2", "inertia about the axis of the ring out to d_rim"),
+}
 PAIR = {
     "u": ("1", "gear ratio"),
     "a": ("m", "working centre distance"),
@@ -63,6 +68,10 @@ PAIR = {
     "K_ga": ("1", "sliding factor at the pinion's tip"),
     "zeta_f1": ("1", "specific sliding at the pinion's root"),
     "zeta_f2": ("1", "specific sliding at the wheel's root"),
+}
+#: Further quantities of a pinion in a ring.
+RING_PAIR = {
+    "radial_clearance": ("m", "clearance as the pinion is pushed in radially; < 0: assemble along the axis"),
 }
 Row = tuple[str, float, str, str]
 

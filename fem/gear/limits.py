@@ -3,10 +3,12 @@
 The functions take a `fem.Gear`; its initialization calls them while later fields are still missing.
 """
 
-from math import cos, pi, sin, tan
+from math import acos, cos, pi, sin, tan
 
 import numpy as np
 
+from fem.gear.involute import involute
+from fem.gear.pinion_cutter import PinionCutter, check_generation
 from fem.support.plausibility import check_module
 from fem.support.validation import require, require_within
 from fem.units import deg, mm
@@ -20,19 +22,64 @@ def check_rack(gear) -> None:
     require_within("beta", gear.beta, -45 * deg, 45 * deg, unit=deg, remedy="deg (pass radians: 15*deg)")
 
 
+def check_body_and_tools(gear) -> None:
+    """Require the diameter where the body is clamped, and tools that can cut the teeth."""
+    if gear.cutter is not None:
+        require(isinstance(gear.cutter, PinionCutter), f"cutter must be a fem.PinionCutter, got {gear.cutter!r}")
+    if not gear.internal:
+        bore = f"d_bore must be given, the diameter where the body is clamped, got z = {gear.z} without it"
+        require(gear.d_bore is not None, f"{bore}; a gear without a bore has none, clamp it at the shaft's diameter")
+        outside = f"d_rim belongs to internal gears, with z < 0, got d_rim = {gear.d_rim} of z = {gear.z}"
+        require(gear.d_rim is None, f"{outside}; pass z={-gear.z}, or d_bore")
+        cut = f"cutter generates internal gears, with z < 0, got {gear.cutter} of z = {gear.z}"
+        require(gear.cutter is None, f"{cut}; the root of an external gear is that of a rack (rho_f) or a fillet")
+        return
+    rim = f"d_rim must be given, the outer diameter of an internal gear where its rim is clamped, got z = {gear.z}"
+    require(gear.d_rim is not None, f"{rim} without it")
+    bore = f"d_bore belongs to external gears, got d_bore = {gear.d_bore} of z = {gear.z}"
+    require(gear.d_bore is None, f"{bore}; pass d_rim, where the rim of the internal gear is clamped")
+    rack = f"rho_f is the tip radius of a rack, which cannot cut the internal gear of z = {gear.z}, got {gear.rho_f}"
+    require(gear.rho_f is None, f"{rack}; pass cutter=fem.PinionCutter(...) or a fillet")
+    twice = f"give a fillet or a cutter, not both: got {gear.fillet} and {gear.cutter}"
+    require(gear.fillet is None or gear.cutter is None, twice)
+
+
+def check_thickness(gear) -> None:
+    """Require a tooth thickness between nothing and a whole pitch."""
+    thinnest = 2 * gear.x * gear.m_n * tan(gear.alpha_n)
+    thick = f"mm (between nothing and a whole pitch on the circle shifted by x = {gear.x:.4g} modules)"
+    require_within("s_n", gear.s_n, thinnest, thinnest + pi * gear.m_n, unit=mm, remedy=thick)
+
+
 def check_sizes(gear) -> None:
     """Require a face width, a tooth thickness and diameters that fit one another."""
     m_n, shifted = gear.m_n, f"circle shifted by x = {gear.x:.4g} modules"
-    thinnest, middle = 2 * gear.x * m_n * tan(gear.alpha_n), 2 * gear.r + 2 * gear.x * m_n
+    middle = 2 * gear.r + 2 * gear.x * m_n
     require_within("b", gear.b, 0.1 * m_n, 200 * m_n, unit=mm, remedy="mm (pass metres: 23*mm)")
-    thick = f"mm (between nothing and a whole pitch on the {shifted})"
-    require_within("s_n", gear.s_n, thinnest, thinnest + pi * m_n, unit=mm, remedy=thick)
+    check_thickness(gear)
+    if gear.internal:
+        _check_diameters_of_ring(gear, middle, shifted)
+        return
     tip = f"mm (above the base circle, within 4 modules of the {shifted})"
     require_within("d_a", gear.d_a, 2 * gear.r_b, middle + 8 * m_n, unit=mm, remedy=tip)
     root = f"mm (below the tip circle, within 4 modules of the {shifted})"
     require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=root)
     rim = f"mm (leave a rim of one module below the root circle {gear.d_f / mm:g} mm)"
     require_within("d_bore", gear.d_bore, 0, gear.d_f - 2 * m_n, unit=mm, remedy=rim)
+
+
+def _check_diameters_of_ring(gear, middle: float, shifted: str) -> None:
+    """`check_sizes` of the diameters of an internal gear, which are < 0."""
+    m_n, d_b = gear.m_n, 2 * gear.r_b
+    inside = f"the tip circle of an internal gear must lie outside its base circle, d_b = {d_b / mm:.6g} mm"
+    shorter = "shorten its teeth by d_a, reduce x, or raise the number of teeth"
+    require(gear.d_a < d_b * (1 + 1e-9), f"{inside}, got d_a = {gear.d_a / mm:.6g} mm; {shorter}")
+    tip = f"mm (within 4 modules of the {shifted})"
+    require_within("d_a", gear.d_a, middle - 8 * m_n, middle + 8 * m_n, unit=mm, remedy=tip)
+    root = f"mm (outside the tip circle, within 4 modules of the {shifted})"
+    require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=root)
+    rim = f"mm (leave a rim of one module outside the root circle {gear.d_f / mm:g} mm)"
+    require_within("d_rim", gear.d_rim, 10 * gear.d_f, gear.d_f - 2 * m_n, unit=mm, remedy=rim)
 
 
 def check_tip(gear) -> None:
@@ -43,7 +90,9 @@ def check_tip(gear) -> None:
 
 
 def check_root(gear) -> None:
-    """Require a rack, or a fillet, that fits between the teeth and leaves a thick enough root and an involute."""
+    """Require a rack, a cutter or a fillet that fits between the teeth and leaves a thick root and an involute."""
+    if gear.cutter is not None:
+        check_generation(gear)
     if gear.rho_f is not None:
         largest = largest_rack_radius(gear)
         deep = f"d_f = {gear.d_f / mm:g} mm is too deep for s_n = {gear.s_n / mm:.4g} mm (x = {gear.x:.4g})"
@@ -52,15 +101,27 @@ def check_root(gear) -> None:
         require_within("rho_f", gear.rho_f, 0, largest * (1 + 1e-9), unit=mm, remedy=fits)
     if gear.fillet is not None:
         require_within("fillet", gear.fillet, 0, 4 * gear.m_n, unit=mm, remedy="mm (pass metres: 1*mm)")
-        fits = f"fillet {gear.fillet / mm:g} mm does not fit between two teeth; reduce it or x, or raise d_f"
-        require(gear.root.psi_f <= pi / gear.z * (1 + 1e-9), fits)
+        remedy = "reduce it or |d_f|" if gear.internal else "reduce it or x, or raise d_f"
+        fits = f"fillet {gear.fillet / mm:g} mm does not fit between two teeth; {remedy}"
+        require(gear.sign * gear.root.psi_f <= gear.sign * pi / gear.z * (1 + gear.sign * 1e-9), fits)
     root_thickness = 2 * min(r * psi for r, psi in zip(*gear.root.points(np.linspace(0, 1, 33)), strict=True))
     thin = f"z = {gear.z}, x = {gear.x:.4g} leave teeth {root_thickness / mm:.3g} mm thick at the root"
     require(root_thickness > 0.1 * gear.m_n, f"{thin}; the generating rack undercuts them: raise x, z, rho_f or d_f")
     between = (
         f"no involute between root form circle {2 * gear.r_form / mm:g} mm and tip circle d_a = {gear.d_a / mm:g} mm"
     )
-    require(gear.r_a > gear.r_form, f"{between}; raise d_a, or reduce rho_f or the fillet")
+    remedy = "reduce |d_a|, or the fillet or rho_a0 of the cutter" if gear.internal else "raise d_a, or reduce rho_f or the fillet"
+    require(gear.r_a > gear.r_form, f"{between}; {remedy}")
+
+
+def largest_fillet(gear) -> float:
+    """Radius [m] of the circular fillet that leaves no root land of an internal gear, by bisection."""
+    low, high = 0.0, abs(gear.r_f) - abs(gear.r_b)
+    for _ in range(60):
+        middle = (low + high) / 2
+        psi_f = gear.psi_b + middle / gear.r_b - involute(acos(min(1.0, gear.r_b / (gear.r_f + middle))))
+        low, high = (middle, high) if psi_f > pi / gear.z else (low, middle)
+    return low
 
 
 def largest_rack_radius(gear) -> float:

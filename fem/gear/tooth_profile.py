@@ -1,8 +1,12 @@
 """Outline of a tooth in the transverse section: involute flank, root fillet, root circle (ISO 21771).
 
 Polar coordinates about the gear's centre: radius r [m] and angle psi [rad] from the tooth's centre line, psi >= 0 on
-the flank that faces counter-clockwise. A point of the flank is named by its roll length, the radius of curvature of the
-involute there.
+the left flank, which faces counter-clockwise. A point of the flank is named by its roll length, the radius of curvature
+of the involute there.
+
+Radii, roll and arc lengths and numbers of teeth of an internal gear are < 0, and so are psi of its left flank and the
+angle of a pitch. Tooth 0 then lies at -y instead of y: with the tip up, the left flank on the left, all lengths growing
+from root to tip, as of an external gear. The teeth count clockwise.
 """
 
 from typing import NamedTuple
@@ -26,7 +30,7 @@ class Polar(NamedTuple):
 def flank(gear: Gear, roll) -> Polar:
     """Involute at roll lengths roll (n,) [m]."""
     roll = np.asarray(roll, float)
-    return Polar(np.hypot(gear.r_b, roll), gear.psi_b - involute(np.arctan(roll / gear.r_b)))
+    return Polar(gear.sign * np.hypot(gear.r_b, roll), gear.psi_b - involute(np.arctan(roll / gear.r_b)))
 
 
 def fillet(gear: Gear, share) -> Polar:
@@ -47,7 +51,7 @@ def arc_length(gear: Gear, roll):
 
 def roll_at(gear: Gear, arc):
     """Roll lengths [m] at arc lengths arc [m]; inverse of `arc_length`."""
-    return np.sqrt(2 * gear.r_b * np.asarray(arc))
+    return gear.sign * np.sqrt(2 * gear.r_b * np.asarray(arc))
 
 
 def cartesian(polar: Polar, turn=0.0) -> np.ndarray:
@@ -57,13 +61,19 @@ def cartesian(polar: Polar, turn=0.0) -> np.ndarray:
 
 
 def flank_points(gear: Gear, arc, tooth: int = 0) -> np.ndarray:
-    """(2, ...) points [m] at arc lengths (...) on the flank of a tooth that faces counter-clockwise."""
+    """(2, ...) points [m] at arc lengths (...) on the left flank of a tooth."""
     return cartesian(flank(gear, roll_at(gear, arc)), 2 * np.pi * tooth / gear.z)
 
 
 def arc_at(gear: Gear, points: np.ndarray):
     """Arc lengths (...) [m] of points (2, ...) of a flank: inverse of `flank_points`, 0 inside the base circle."""
     return np.maximum(points[0] ** 2 + points[1] ** 2 - gear.r_b**2, 0.0) / (2 * gear.r_b)
+
+
+def polar(gear: Gear, points: np.ndarray) -> Polar:
+    """Polar coordinates (...) of points (2, ...), psi from the centre line of tooth 0: inverse of `cartesian`."""
+    x, y = gear.sign * points
+    return Polar(gear.sign * np.hypot(x, y), np.arctan2(-x, y))
 
 
 def tangent_angle(gear: Gear, arc, tooth: int = 0):

@@ -1,12 +1,14 @@
 """The tooth root between involute and root circle: the trochoid that a rack generates, or a circular arc.
 
+That of an internal gear is an arc, with the signs of `fem.gear.gear`, or the trochoid of `fem.gear.pinion_cutter`.
+
 Polar coordinates as in `tooth_profile`. A point of the root is named by its share of the way from the involute (0) to
 the root circle (1). Both curves have `roll_form`, the roll length at share 0, and `psi_f`, the angle at share 1.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import acos, asin, cos, hypot, pi, sin, sqrt, tan
+from math import acos, asin, copysign, cos, hypot, pi, sin, sqrt, tan
 
 import numpy as np
 import scipy
@@ -128,7 +130,7 @@ class Trochoid:
 class Arc:
     """Circular arc tangent to the root circle and to the involute, or to a radial line below the base circle.
 
-    r_b, r_f        base and root radius [m]
+    r_b, r_f        base and root radius [m], < 0 of an internal gear
     psi_b           half angle of the tooth at the base circle [rad]
     radius          radius of the arc [m]
     """
@@ -148,17 +150,17 @@ class Arc:
         """Radius where the arc ends on the flank [m]."""
         if self.on_line:
             return sqrt(self.r_centre**2 - self.radius**2)
-        return hypot(self.r_b, self.roll_form)
+        return copysign(hypot(self.r_b, self.roll_form), self.r_b)
 
     @property
     def on_line(self) -> bool:
-        """Whether the arc ends on the radial line below the base circle."""
-        return self.r_centre < hypot(self.r_b, self.radius)
+        """Whether the arc ends on the radial line below the base circle, as that of an internal gear never does."""
+        return 0 < self.r_centre < hypot(self.r_b, self.radius)
 
     @property
     def roll_form(self) -> float:
         """Roll length where the involute begins [m]."""
-        return 0.0 if self.on_line else sqrt(self.r_centre**2 - self.r_b**2) - self.radius
+        return 0.0 if self.on_line else copysign(sqrt(self.r_centre**2 - self.r_b**2), self.r_b) - self.radius
 
     @property
     def psi_f(self) -> float:
@@ -181,4 +183,5 @@ class Arc:
         turn = np.minimum(1, (straight + arc - way) / arc)
         curve = centre + self.radius * down * np.exp(1j * sweep * turn)
         point = np.where(way < straight, (self.r_b - way) * np.exp(1j * self.psi_b), curve)
-        return np.abs(point), np.angle(point)
+        sign = copysign(1, self.r_b)
+        return sign * np.abs(point), np.angle(sign * point)

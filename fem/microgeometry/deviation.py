@@ -18,7 +18,9 @@ REFINED = 0.5
 @short(values="um")
 @dataclass(frozen=True)
 class PitchDeviation:
-    """Index deviation [m] of every tooth, counter-clockwise from tooth 0; > 0 removes material from the whole flank.
+    """Index deviation [m] of every tooth, counter-clockwise from tooth 0, of an internal gear clockwise.
+
+    A value > 0 removes material from the whole flank.
 
     As a modification of both sides it makes the teeth thinner or thicker; to shift them, give left and right flanks
     deviations of opposite sign (`fem.Sides`).
@@ -40,7 +42,7 @@ class PitchDeviation:
 
     def check(self, face: FlankExtent) -> None:
         """ValueError unless there is one value for each tooth."""
-        if len(self.values) != face.z:
+        if len(self.values) != abs(face.z):
             raise ValueError(f"values must hold one pitch deviation a tooth, z = {face.z}, got {len(self.values)}")
 
     def removed(self, face: FlankExtent, roll, axial):
@@ -52,7 +54,7 @@ class PitchDeviation:
 class Grid:
     """Measured or computed deviations, bilinear between grid lines and constant beyond the outermost ones.
 
-    roll        (n,) roll lengths, increasing [m]
+    roll        (n,) roll lengths, increasing [m]; those of an internal gear are < 0, from root to tip
     axial       (m,) axial positions from the middle of the face width, increasing [m]
     values      (n, m) material removed [m]
 
@@ -64,7 +66,7 @@ class Grid:
     values: tuple[tuple[float, ...], ...]
 
     def __post_init__(self):
-        for name, high, low in (("roll", 10.0, 0.0), ("axial", 10.0, -10.0)):
+        for name, high, low in (("roll", 10.0, -10.0), ("axial", 10.0, -10.0)):
             lines = increasing(name, getattr(self, name), least=2)
             check_within(name, lines[0], low, high, "m (pass metres)")
             check_within(name, lines[-1], low, high, "m (pass metres)")
@@ -93,6 +95,9 @@ class Grid:
 
     def check(self, face: FlankExtent) -> None:
         """ValueError where the grid misses the flank."""
+        if face.z < 0 and self.roll[-1] > 0:
+            own = "roll lengths of an internal gear are < 0 and increase from root to tip"
+            raise ValueError(f"roll: {own}, got up to {self.roll[-1]:g} m; pass Grid(-roll[::-1], axial, values[::-1])")
         for name, low, high in (("roll", face.roll_form, face.roll_tip), ("axial", -face.width / 2, face.width / 2)):
             first, last = getattr(self, name)[0], getattr(self, name)[-1]
             if not (first < high and last > low):

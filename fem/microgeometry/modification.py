@@ -12,7 +12,7 @@ microseconds a call; with a formula in `fem.microgeometry.compiled_flank.FORMULA
 """
 
 from dataclasses import dataclass
-from math import atan, inf, pi, sqrt, tan
+from math import atan, copysign, inf, pi, sqrt, tan
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -23,7 +23,7 @@ from fem.units import mm
 
 
 class FlankExtent(NamedTuple):
-    """Extent of the flank of a tooth.
+    """Extent of the flank of a tooth; of an internal gear with the signs of `fem.gear.gear`.
 
     roll_form, roll_tip     roll lengths at root form and tip circle [m]
     width                   face width [m]; axial positions count from its middle
@@ -44,10 +44,10 @@ class FlankExtent(NamedTuple):
     def roll_at(self, d: float, name: str = "d") -> float:
         """Roll length on the circle of diameter d [m], called name in the ValueError where it misses the flank."""
         low, high = (2 * sqrt(roll**2 + self.r_b**2) for roll in (self.roll_form, self.roll_tip))
-        if not low * (1 - 1e-9) <= d <= high * (1 + 1e-9):
+        if not min(low, high) * (1 - 1e-9) <= (abs(d) if self.z < 0 else d) <= max(low, high) * (1 + 1e-9):
             limits = f"[{low / mm:.6g}, {high / mm:.6g}] mm, from root form to tip circle"
             raise ValueError(f"{name}, where a relief begins, must lie in {limits}, got {d / mm:g} mm")
-        return sqrt(max(d * d / 4 - self.r_b**2, 0.0))
+        return copysign(sqrt(max(d * d / 4 - self.r_b**2, 0.0)), self.z)
 
 
 class Modification(Protocol):
@@ -88,7 +88,7 @@ def _check_profile_relief(name: str, amount: float, length: float | None, power:
         got = f"got length {length} and {name_d} {d}"
         raise ValueError(f"a relief begins at a roll length or at a diameter; give length or {name_d}, {got}")
     if d is not None:
-        check_within(name_d, d, 1e-6, 100.0, "m (pass metres: 150*mm)")
+        check_within(name_d, abs(d), 1e-6, 100.0, "m (pass metres: 150*mm)")
     _check_relief(name, amount, 1.0 if length is None else length, power)
 
 
@@ -211,7 +211,7 @@ class EdgeBreak:
         return (self.rounding(face)[0],)
 
     def rounding(self, face: FlankExtent) -> tuple[float, float]:
-        return sqrt(face.roll_tip**2 - 2 * face.r_b * self.length(face)), self.radius
+        return copysign(sqrt(face.roll_tip**2 - 2 * face.r_b * self.length(face)), face.r_b), self.radius
 
     def numbers(self, face: FlankExtent) -> tuple[float, float, float]:
         return *self.rounding(face), face.r_b

@@ -4,7 +4,7 @@ The stiffness does not take rim and hub into account: a gear that is clamped at 
 """
 
 from dataclasses import dataclass, fields
-from math import cos, degrees, pi, sin, sqrt
+from math import cos, degrees, inf, pi, sin, sqrt
 
 import numpy as np
 import xarray as xr
@@ -50,7 +50,7 @@ LARGEST_DEVIATION = 1 * mm
 
 @checked
 def virtual_teeth(gear: Gear) -> float:
-    """Number of teeth z_n of the virtual spur gear."""
+    """Number of teeth z_n of the virtual spur gear; < 0 of an internal gear."""
     return gear.z / (cos(gear.beta_b) ** 2 * cos(gear.beta))
 
 
@@ -65,7 +65,7 @@ def single_stiffness(
     C_R         gear blank factor of web and rim; 1: solid discs
     C_M         correction factor of the theoretical stiffness by measurements
 
-    Index 1 of the standard is the smaller gear, whichever drives. With the default `Material`, E = 210 GPa, the
+    Index 1 of the standard is the smaller gear, whichever drives; a ring has infinitely many teeth. With the default `Material`, E = 210 GPa, the
     stiffness is 210 / 206 of that of the standard for steel.
 
     Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0, factors outside (0, 1].
@@ -76,8 +76,9 @@ def single_stiffness(
     )
     for name, factor in (("C_R", C_R), ("C_M", C_M)):
         require(0 < number(name, factor) <= 1, f"{name} must lie in (0, 1] (solid discs: C_R = 1), got {factor}")
-    smaller, larger = sorted((pair.pinion, pair.wheel), key=lambda gear: (gear.z, gear.d_a))
+    smaller, larger = sorted((pair.pinion, pair.wheel), key=lambda gear: (abs(gear.z), abs(gear.d_a)))
     z_1, z_2, x_1, x_2 = virtual_teeth(smaller), virtual_teeth(larger), smaller.x, larger.x
+    z_2 = inf if larger.internal else z_2
     terms = (1, 1 / z_1, 1 / z_2, x_1, x_1 / z_1, x_2, x_2 / z_2, x_1**2, x_2**2)
     theoretical = PER_MM_UM / sum(c * term for c, term in zip(COEFFICIENTS, terms, strict=True))
     rack = (basic_rack_factor(smaller) + basic_rack_factor(larger)) / 2
@@ -145,7 +146,8 @@ class FlankDeviations:
 def reduced_mass(pair: GearPair) -> float:
     """Reduced mass m_red of the gears on the line of action, per face width [kg/m] (ISO 6336-1:2006, 6.5.9).
 
-    Each gear is a ring from its bore to the mean of its tip and root diameters, with the density of its material.
+    Each gear is a ring from its bore to the mean of its tip and root diameters, with the density of its material; an
+    internal gear from there to the outside of its rim.
     """
     masses = [_mass_on_base_circle(gear) for gear in (pair.pinion, pair.wheel)]
     return masses[0] * masses[1] / sum(masses)
@@ -153,8 +155,8 @@ def reduced_mass(pair: GearPair) -> float:
 
 def _mass_on_base_circle(gear: Gear) -> float:
     """Moment of inertia over the square of the base radius, per face width [kg/m]."""
-    inner, mean = gear.d_bore / 2, (gear.r_a + gear.r_f) / 2
-    return pi / 2 * gear.material.density * (mean**4 - inner**4) / gear.r_b**2
+    mean = (gear.r_a + gear.r_f) / 2
+    return pi / 2 * gear.material.density * abs(mean**4 - gear.r_clamp**4) / gear.r_b**2
 
 
 @checked

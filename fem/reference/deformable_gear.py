@@ -189,8 +189,9 @@ def discretized(
     columns = section_dofs(section, solid.positions, gear.twist)
     stacks = np.lexsort((*solid.positions.T[2:], columns)).reshape(section.N, -1)
     flanks = {tooth: flank_of(gear, section, stacks, tooth, width, degree) for tooth in teeth}
-    free = np.flatnonzero(~clamped(gear, solid.positions.T, element.dim, face).T)
-    toothless = gear.z - len(section_mesh.toothed_pitches(gear, density))
+    held = section_mesh.on_hub(gear, section)[columns]
+    free = np.flatnonzero(~clamped(gear, held, solid.positions.T, element.dim, face).T)
+    toothless = abs(gear.z) - len(section_mesh.toothed_pitches(gear, density))
     return DeformableGear(face, solid, columns, free, flanks, toothless)
 
 

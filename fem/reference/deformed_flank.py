@@ -80,7 +80,7 @@ def gauss_width(nodes: np.ndarray, degree: int) -> WidthQuadrature:
 
 @dataclass(frozen=True)
 class Flank:
-    """Flank of a tooth that faces counter-clockwise, on the finite elements of its gear.
+    """Left flank of a tooth on the finite elements of its gear.
 
     tooth       number of the tooth
     arcs        (n,) arc lengths of the nodes from root form to tip [m]
@@ -142,7 +142,8 @@ class Flank:
 
     def removed(self, arc: np.ndarray) -> np.ndarray:
         """Material removed by the flank modifications at arc lengths (n, 1 or n_station) [m]."""
-        roll = tooth_profile.roll_at(self.gear, np.maximum(arc, 0.0))
+        sign = self.gear.sign
+        roll = tooth_profile.roll_at(self.gear, sign * np.maximum(sign * arc, 0.0))
         return removed(self.gear.drive_flank, self.gear.face, roll, self.width.axial, tooth=self.tooth)
 
 
@@ -177,7 +178,7 @@ def cubic(coefficients, t):
 @compiled(fastmath=True)
 def involute_point(r_b, start_angle, arc):
     """Point (x, y), unit tangent (c, s) and roll length of an involute at an arc length."""
-    roll = np.sqrt(2 * r_b * arc)
+    roll = np.copysign(np.sqrt(2 * r_b * arc), r_b)
     angle = start_angle - roll / r_b
     c, s = np.cos(angle), np.sin(angle)
     return r_b * c - roll * s, r_b * s + roll * c, c, s, roll
@@ -189,7 +190,7 @@ def curve_point(curve, arc):
     x, y, c, s, roll = involute_point(curve.r_b, curve.start_angle, arc)
     interval = interval_of(curve.knots, arc)
     t = arc - curve.knots[interval]
-    radius = max(roll, LEAST_ROLL * np.sqrt(2 * curve.r_b * curve.knots[-1]))
+    radius = np.copysign(max(abs(roll), LEAST_ROLL * np.sqrt(2 * curve.r_b * curve.knots[-1])), curve.r_b)
     u, slope_u, second_u = cubic(curve.displacement[interval, 0], t)
     v, slope_v, second_v = cubic(curve.displacement[interval, 1], t)
     return x + u, y + v, c + slope_u, s + slope_v, s / radius + second_u, -c / radius + second_v

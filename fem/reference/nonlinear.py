@@ -115,7 +115,7 @@ def check(pair: GearPair, element: Element, density: Density) -> None:
     require(straight, f"beta must be 0 {in_space}, got {pair.pinion.beta:g} rad")
     widths = pair.pinion.b, pair.wheel.b
     require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")
-    touching, fewest = 2 * last_tooth_in_contact(pair) + 1, min(pair.pinion.z, pair.wheel.z)
+    touching, fewest = 2 * last_tooth_in_contact(pair) + 1, min(pair.pinion.z, abs(pair.wheel.z))
     require(touching <= fewest, f"z must be at least the {touching} teeth that may touch, got {fewest}; reduce b")
     for gear in (pair.pinion, pair.wheel):
         require(

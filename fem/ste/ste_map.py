@@ -11,6 +11,7 @@ import xarray as xr
 
 from fem.gear.gear import Gear
 from fem.gear.material import Material
+from fem.gear.pinion_cutter import PinionCutter
 from fem.microgeometry.flank import equal_on_all_teeth, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
@@ -18,9 +19,10 @@ from fem.support.netcdf import read, write
 from fem.support.tables import read_grid
 from fem.support.validation import increasing, numbers, require, require_finite
 
-SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
-#: Shapes of the root fillet, of which a gear has one.
-ROOTS = ("rho_f", "fillet")
+SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank", "cutter")]
+#: Sizes that not every gear has: shape of the root fillet, and diameter where an external or an internal gear is clamped.
+OPTIONAL = ("rho_f", "fillet", "d_bore", "d_rim")
+CUTTER = [part.name for part in fields(PinionCutter)]
 TORQUE, PHASE, TE, CENTROID, STIFFNESS, LOAD_SHARE = "torque", "phase", "te", "centroid", "stiffness", "load_share"
 PAIR, UNLOADED_RIGHT = "pair", "te_unloaded_right"
 #: Attribute of maps with torques < 0: how the states of the right flanks were obtained, and its values.
@@ -277,17 +279,26 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
     attributes: dict[str, float | str] = {"a": pair.a}
     for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
         attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES if getattr(gear, size) is not None}
+        attributes |= {f"{name}_cutter_{size}": value for size, value in _cutter_sizes(gear).items()}
         attributes[f"{name}_flank"] = to_text(gear.flank)
         attributes |= {f"{name}_{part.name}": getattr(gear.material, part.name) for part in fields(Material)}
     return attributes
 
 
+def _cutter_sizes(gear: Gear) -> dict[str, float]:
+    """The fields that are given of a gear's cutter."""
+    sizes = {size: getattr(gear.cutter, size) for size in CUTTER} if gear.cutter is not None else {}
+    return {size: value for size, value in sizes.items() if value is not None}
+
+
 def _gear(attributes, name: str) -> Gear:
     material = Material(**{part.name: float(attributes[f"{name}_{part.name}"]) for part in fields(Material)})
-    stored = [size for size in SIZES if size not in ROOTS or f"{name}_{size}" in attributes]
+    clamped = "d_rim" if float(attributes[f"{name}_z"]) < 0 else "d_bore"
+    stored = [size for size in SIZES if size not in OPTIONAL or size == clamped or f"{name}_{size}" in attributes]
     sizes = {size: float(attributes[f"{name}_{size}"]) for size in stored}
-    flank = from_text(attributes[f"{name}_flank"])
-    return Gear(material=material, flank=flank, **sizes)  # type: ignore[arg-type]
+    cut = {size: float(attributes[key]) for size in CUTTER if (key := f"{name}_cutter_{size}") in attributes}
+    flank, cutter = from_text(attributes[f"{name}_flank"]), PinionCutter(**cut) if cut else None  # type: ignore[arg-type]
+    return Gear(material=material, flank=flank, cutter=cutter, **sizes)  # type: ignore[arg-type]
 
 
 @checked

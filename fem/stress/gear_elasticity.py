@@ -1,4 +1,4 @@
-"""Linear elasticity of a gear that is clamped at its bore, under pressure on its flanks.
+"""Linear elasticity of a gear that is clamped at its bore, or at the outside of its rim, under pressure on its flanks.
 
 Quadratic elements of the section times those of the axis (`fem.elasticity.extruded_elasticity`, which states the weak
 form). Dofs are numbered by component, dof of the section, dof of the axis; those of a helical gear are components along
@@ -108,7 +108,8 @@ def solid_gear(gear: Gear, density: Density) -> ElasticGear:
 def _clamped(gear: Gear, section: Basis, axis: Basis | None) -> ElasticGear:
     stiffness = extruded_elasticity.stiffness(section, axis, gear.material, gear.twist)
     points = section.doflocs if axis is None else extruded_elasticity.points(section, axis)
-    free = ~clamped(gear, points, len(points), WholeFace()).ravel()
+    held = section_mesh.on_hub(gear, section).reshape(-1, *[1] * (points.ndim - 2))
+    free = ~clamped(gear, held, points, len(points), WholeFace()).ravel()
     part = stiffness.part(free)
     solve = factorize(part.matrix if axis is None else part)
     return ElasticGear(gear, section, axis, stiffness, np.flatnonzero(free), solve)

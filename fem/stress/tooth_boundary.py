@@ -1,7 +1,6 @@
 """Flank and root of a tooth on the boundary of a meshed section, and means of shape functions over strips of a flank.
 
-The position of the gear is that of `fem.elasticity.section_mesh`: tooth 0 along y, teeth counted counter-clockwise, the
-flank that faces counter-clockwise is loaded.
+The position of the gear is that of `fem.elasticity.section_mesh`: tooth 0 along y, its left flank is loaded.
 """
 
 import numpy as np
@@ -10,6 +9,7 @@ from skfem import Basis, ElementLineP1, ElementLineP2, Mesh
 from fem.elasticity.section_mesh import rotated
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
+from fem.gear.tooth_profile import polar
 from fem.support.validation import require
 from fem.units import deg
 
@@ -26,19 +26,21 @@ def inward_normal(gear: Gear, tooth: int, arcs: np.ndarray) -> np.ndarray:
     """(3, ...) unit normals into the flank at arc lengths (...)."""
     tangent = tooth_profile.tangent_angle(gear, arcs, tooth)
     transverse = np.cos(gear.beta_b)
-    return np.stack([transverse * np.sin(tangent), -transverse * np.cos(tangent), np.sin(gear.beta_b) + 0 * tangent])
+    axial = gear.sign * np.sin(gear.beta_b) + 0 * tangent
+    return np.stack([transverse * np.sin(tangent), -transverse * np.cos(tangent), axial])
 
 
 def outline(gear: Gear, mesh: Mesh, tooth: int) -> tuple[np.ndarray, np.ndarray]:
     """Boundary facets of a section on the loaded side of a tooth: on its flank, and on the root below it."""
     facets = mesh.boundary_facets()
     ends = mesh.p[:, mesh.facets[:, facets]]
-    radius, (x, y) = np.hypot(*ends), ends.mean(axis=1)
-    angle = (np.arctan2(-x, y) - 2 * np.pi * tooth / gear.z + np.pi) % (2 * np.pi) - np.pi
+    radius, psi = polar(gear, ends).r, polar(gear, ends.mean(axis=1)).psi
+    angle = gear.sign * ((psi - 2 * np.pi * tooth / gear.z + np.pi) % (2 * np.pi) - np.pi)
     steep = np.ptp(radius, axis=0) > 0.5 * np.hypot(*(ends[:, 1] - ends[:, 0]))
-    loaded_side = (angle > 0) & (angle < np.pi / gear.z)
-    above_root = radius.min(axis=0) > gear.r_form * (1 - 1e-9)
-    below_flank = (radius.max(axis=0) < gear.r_form * (1 + 1e-9)) & (radius.min(axis=0) > gear.r_f * (1 - 1e-4))
+    loaded_side = (angle > 0) & (angle < np.pi / abs(gear.z))
+    above_root = radius.min(axis=0) > gear.r_form - 1e-9 * abs(gear.r_form)
+    below_flank = radius.max(axis=0) < gear.r_form + 1e-9 * abs(gear.r_form)
+    below_flank &= radius.min(axis=0) > gear.r_f - 1e-4 * abs(gear.r_f)
     order = np.argsort(-angle)
     return facets[order][(loaded_side & above_root & steep)[order]], facets[order][(loaded_side & below_flank)[order]]
 

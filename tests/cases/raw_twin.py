@@ -60,7 +60,8 @@ class RawGear:
             mesh = hexahedra_along(gear, density, MeshLine(face.positions(half)))
         basis = Basis(mesh, ElementVector(element), intorder=5 if mesh.dim() == 2 else 3)
         numbers = [dofs for _, dofs in components(basis)]
-        held = clamped(gear, basis.doflocs, mesh.dim(), face)
+        on_bore = np.hypot(*basis.doflocs[:2]) < gear.d_bore / 2 * (1 + 1e-6)
+        held = clamped(gear, on_bore, basis.doflocs, mesh.dim(), face)
         self.free = np.concatenate([dofs[~held[axis, dofs]] for axis, dofs in enumerate(numbers)])
         lame = lame_parameters(gear.material.E, gear.material.nu)
         matrix = thickness * linear_elasticity(*lame).assemble(basis).tocsc()

@@ -17,7 +17,8 @@ GEAR = paper_gear()
 def test_the_bore_is_clamped_and_mid_plane_where_the_loads_are_symmetric(face, in_mid_plane):
     r_bore = GEAR.d_bore / 2
     on_bore, in_plane, in_body = [r_bore, 0, 5 * mm], [0, 70 * mm, 0], [0, 70 * mm, 5 * mm]
-    vanish = clamped(GEAR, np.transpose([on_bore, in_plane, in_body]), 3, face)
+    held = np.array([True, False, False])
+    vanish = clamped(GEAR, held, np.transpose([on_bore, in_plane, in_body]), 3, face)
     assert vanish[:, 0].all()
     assert tuple(np.flatnonzero(vanish[:, 1])) == in_mid_plane
     assert not vanish[:, 2].any()
