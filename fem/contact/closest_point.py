@@ -1,6 +1,6 @@
 """Where the flanks of each tooth pair are closest: a search along the profile, and across the face without load."""
 
-from math import copysign, inf
+from math import copysign, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,8 @@ from fem.support.numba_cache import kept_unchecked, unchecked
 #: Number of positions on a modified profile, with steps shorter than reliefs; number of rounds of the search around the
 #: closest position, and positions in a round: steps shrink by 8 in each round, to 1e-5 of a flank.
 SAMPLES, ROUNDS, AROUND = 41, 3, 17
+#: Step along the profile from the mate's tip corner to the slope of the gap there [modules].
+EDGE_STEP = 0.01
 
 
 class Closest(NamedTuple):
@@ -21,6 +23,8 @@ class Closest(NamedTuple):
     gap         (n,) smallest normal gap, aligned [m]
     approach    (n,) normal approach per transmission error
     radius      (n,) relative transverse radius of curvature of the involutes [m]
+    from_edge   (n,) distance along the profile from the mate's tip corner to where the gap is smallest [m]; < 0 where
+                that would lie beyond the corner
     """
 
     roll: np.ndarray
@@ -28,26 +32,30 @@ class Closest(NamedTuple):
     gap: np.ndarray
     approach: np.ndarray
     radius: np.ndarray
+    from_edge: np.ndarray
 
 
 @kept_unchecked
 def closest_points(mesh, number, low, high, te):
-    """(5, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors (n,) [m]."""
+    """(6, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors (n,) [m]."""
     sections = sections_of(mesh, number, low, high, te)
     closest = _smallest_gaps(mesh, sections)
+    for i in range(number.size):
+        closest[4, i] = _radius(mesh, sections[i], closest[0, i])
+    _write_distances_from_edge(mesh, sections, closest)
     for i in range(number.size):
         at, roll, foot = sections[i], closest[0, i], closest[1, i]
         approach = mesh.position.inclined if at.out_of_reach else approach_at(mesh, at, roll, foot, 0.0)
         closest[2, i] += approach * at.te
-        closest[3, i], closest[4, i] = approach, _radius(mesh, at, roll)
+        closest[3, i] = approach
     return closest
 
 
 @unchecked
 def _smallest_gaps(mesh, sections):
-    """(5, n) `Closest` of sections (n,) whose gap is that under te, without approach and radius."""
+    """(6, n) `Closest` of sections (n,) whose gap is that under te, without approach, radius and distance from edge."""
     n, modified = sections.size, mesh.position.modified
-    closest, first, step = np.empty((5, n)), np.empty(n), np.empty(n)
+    closest, first, step = np.empty((6, n)), np.empty(n), np.empty(n)
     for i in range(n):
         first[i] = first_roll(mesh, sections[i])
         step[i] = (sections[i].tip - first[i]) / (SAMPLES - 1)
@@ -77,6 +85,26 @@ def _take_smallest(mesh, sections, rolls, closest):
         for k in range(rolls.shape[1]):
             if gaps[i, k] < closest[2, i]:
                 closest[0, i], closest[1, i], closest[2, i] = rolls[i, k], feet[i, k], gaps[i, k]
+
+
+@unchecked
+def _write_distances_from_edge(mesh, sections, closest):
+    """Write `Closest.from_edge`; where the corner is closest, from the slope of the gap there, a parabola."""
+    n = sections.size
+    rolls, gaps, feet = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
+    for i in range(n):
+        at = sections[i]
+        rolls[i, 0] = first_roll(mesh, at)
+        arc = rolls[i, 0] ** 2 / (2 * at.r_host) + EDGE_STEP * mesh.position.m_n
+        rolls[i, 1] = min(copysign(sqrt(max(2 * at.r_host * arc, 0.0)), at.r_host), at.tip)
+    write_gaps(mesh, sections, rolls, gaps, feet)
+    for i in range(n):
+        at, radius = sections[i], closest[4, i]
+        step = (rolls[i, 1] ** 2 - rolls[i, 0] ** 2) / (2 * at.r_host)
+        closest[5, i] = (closest[0, i] ** 2 - rolls[i, 0] ** 2) / (2 * at.r_host)
+        if closest[5, i] < step and step > 0:
+            slope = (gaps[i, 1] - gaps[i, 0]) / step / mesh.position.inclined
+            closest[5, i] = step / 2 - slope * radius
 
 
 @unchecked

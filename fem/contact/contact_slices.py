@@ -84,12 +84,16 @@ class ContactSlices:
         """Where the flanks are closest."""
         return Closest(*closest_in(self.mesh, self.number, self.low, self.high, self.te))
 
-    @property
-    def closest_arcs(self) -> np.ndarray:
-        """(2, n) arc lengths on pinion and wheel where the flanks are closest, up to the mate's tip [m]."""
+    def loaded_arcs(self, line_load: float) -> np.ndarray:
+        """(2, n) arc lengths on pinion and wheel of the middle of a line load [N/m], up to the mate's tip [m].
+
+        That is where the flanks are closest, but beside a tip corner that ends the contact (`line_contact`).
+        """
         gears, host = self.mesh.geometry.gears, np.where(self.pinion_is_host, 0, 1)
-        mate_roll = np.minimum(self.closest.foot, gears["roll_tip"][1 - host])
-        of_host, of_mate = self.closest.roll**2 / 2 / gears["r_b"][host], mate_roll**2 / 2 / gears["r_b"][1 - host]
+        mate_roll, half_width = np.minimum(self.closest.foot, gears["roll_tip"][1 - host]), self.half_width(line_load)
+        shift = half_width * beside_corner(self.closest.from_edge / half_width)
+        of_host = self.closest.roll**2 / 2 / gears["r_b"][host] + shift
+        of_mate = mate_roll**2 / 2 / gears["r_b"][1 - host] - shift
         return np.where(self.pinion_is_host, (of_host, of_mate), (of_mate, of_host))
 
     @property
@@ -115,20 +119,32 @@ class ContactSlices:
 
 
 def closest_in(mesh: PairGeometry, number, low, high, te) -> np.ndarray:
-    """(5, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors () or (n,) [m]."""
+    """(6, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors () or (n,) [m]."""
     return mesh.call(closest_points, number, low, high, np.full(low.size, te, float))
+
+
+def beside_corner(t: np.ndarray) -> np.ndarray:
+    """(n,) distance from the closest point to the middle of the load over Hertz's half-width, at distances t from a corner.
+
+    The pressure of `line_contact.at_edge`; at t >= 1 the middle of the load is the closest point.
+    """
+    t = np.minimum(t, 1.0)
+    part = 1 / (np.sqrt(t * t + 3) - t)
+    return part - part * (part - t) / (3 * part - 2 * t) - np.maximum(t, 0.0)
 
 
 class GapAcross(NamedTuple):
     """Gap middle + slope x + bend x^2 [m] of n slices at x from -1, the low, to 1, the high end; each (n,).
 
     approach    normal approach per transmission error
+    from_edge   (2, n) `Closest.from_edge` in the middle, and its difference between the high end and the middle [m]
     """
 
     middle: np.ndarray
     slope: np.ndarray
     bend: np.ndarray
     approach: np.ndarray
+    from_edge: np.ndarray
 
     def misaligned(self, slices: ContactSlices, misalignment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gaps in the middle and slopes (m, n) [m] under misalignments (m,) [rad], as in `fem.Offsets`."""
@@ -142,14 +158,22 @@ def gap_across(slices: ContactSlices) -> tuple[ContactSlices, GapAcross]:
     number = np.concatenate([slices.number, slices.number[last], slices.number])
     axial = np.concatenate([slices.low, slices.high[last], slices.middle])
     closest = closest_in(slices.mesh, number, axial, axial, slices.te)
-    n, ends = first.size, closest[2, : -first.size]
-    high = np.append(ends[1:n], 0.0)
-    high[last] = ends[n:]
+    n = first.size
+
+    def at_ends(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) values at the low and at the high ends of the slices."""
+        high = np.append(values[1:n], 0.0)
+        high[last] = values[n:-n]
+        return values[:n], high
+
+    low, high = at_ends(closest[2])
+    edge_low, edge_high = at_ends(closest[5])
+    from_edge = np.stack([closest[5, -n:], (edge_high - edge_low) / 2])
     slices = slices.closest_at(Closest(*closest[:, -n:]))
     roll, path = slices.position.nominal(slices.number, slices.middle), slices.position.path
     beyond = (roll < path.start) | (roll > path.end)
-    middle, slope, bend = parabolas(ends[:n], slices.closest.gap, high, beyond)
-    return slices, GapAcross(middle, slope, bend, slices.closest.approach)
+    middle, slope, bend = parabolas(low, slices.closest.gap, high, beyond)
+    return slices, GapAcross(middle, slope, bend, slices.closest.approach, from_edge)
 
 
 @kept_unchecked

@@ -11,8 +11,11 @@ it as the tilt follows from them. Newton's method solves for p and te such that 
 and leaves as its overlap does, so that no active set is needed, and the last linearization is the tangent stiffness.
 
 A section of a slice under a line load q flattens as half-planes do by Hertz, by factor q (constant - ln(q) / 2). Where
-the overlap across a slice falls to 0, only a part of it carries load: force, moment and their derivatives are integrals
-over that part. Source: Johnson, Contact Mechanics, 4.2 and 5.6 (line contact of bodies that act as half-planes).
+the tip corner of the mate ends the contact before the half-width a of Hertz, at a distance t a from where the gap is
+smallest, t < 1, half-planes that touch from the corner to l = a (t + sqrt(t^2 + 3)) / 3 on either side of the middle
+flatten more, by factor q `at_edge(t)`. Where the overlap across a slice falls to 0, only a part of it carries load:
+force, moment and their derivatives are integrals over that part. Source: Johnson, Contact Mechanics, 2.7, 4.2 and 5.6
+(line contact of bodies that act as half-planes, pressure singular at the corner and 0 at the other end).
 """
 
 from math import exp, inf, log, sqrt
@@ -36,6 +39,8 @@ STEPS, FULL, LEAST_SHARE = 200, 15, 1 / 256
 #: Half-planes under whole slices are clamped at this depth, in modules, or deeper: at this share of the half-width of
 #: the contact under the largest force.
 DEPTH, DEEPER = 1 / 5, 1.5
+#: Share of the largest mesh force on a tooth pair whose contact ends at a tip corner, by which its middle is found.
+AT_CORNER = 0.4
 #: Overlap of the flanks, in modules, for the difference quotient of their compliance, and up to which this changes: far
 #: beyond it the compliance would not be positive.
 OVERLAP, LARGEST_OVERLAP = 1 / 250, 1 / 20
@@ -61,6 +66,8 @@ class LineContact(NamedTuple):
     softest_te          transmission error up to which it changes [m]
     factor, constant    (n,) Hertz's flattening [m] under forces f: factor f (constant - ln(f) / 2)
     approach, bend      (n,) normal approach per transmission error, and bend of the gap across the slices [m]
+    edge                (2, n) distance of the smallest gap from the mate's tip corner in the middle, and its change to the
+                        high end, over sqrt(2 R) with the relative radius R of the flanks [m^0.5]
     beside              (2, n) slices before and after each, or itself at the ends of the face
     tilt                (n,) tilt over half of the width per difference of the displacements of these two
     """
@@ -72,6 +79,7 @@ class LineContact(NamedTuple):
     constant: np.ndarray
     approach: np.ndarray
     bend: np.ndarray
+    edge: np.ndarray
     beside: np.ndarray
     tilt: np.ndarray
 
@@ -88,17 +96,22 @@ class LineLoads(NamedTuple):
 
 
 def compliance_at(
-    slices: ContactSlices, depth: float, bodies: tuple[CompiledCompliance, CompiledCompliance], face: Face
+    slices: ContactSlices,
+    depth: float,
+    line_load: float,
+    bodies: tuple[CompiledCompliance, CompiledCompliance],
+    face: Face,
 ) -> np.ndarray:
-    """(n, n) compliance between slices where they are closest, beside half-planes clamped at a depth [m/N]."""
+    """(n, n) compliance between slices under line loads [N/m], beside half-planes clamped at a depth [m/N]."""
     numbers = slices.number, slices.low, slices.high
-    arcs = slices.closest_arcs[..., None]
+    arcs = slices.loaded_arcs(line_load)[..., None]
     return slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, np.zeros(arcs.shape))
 
 
 def line_contact(
     slices: ContactSlices,
     bend: np.ndarray,
+    from_edge: np.ndarray,
     bodies: tuple[CompiledCompliance, CompiledCompliance],
     face: Face,
     *,
@@ -108,21 +121,24 @@ def line_contact(
     """Contact of slices that adjoin within each tooth pair.
 
     bend        (n,) of the gap across the slices [m]
+    from_edge   (2, n) as in `GapAcross` [m]
     force       the largest mesh force [N]
     softens     whether the compliance changes with the deflection
     """
     pair = slices.position.pair
     m_n, softening = pair.pinion.m_n, np.zeros((0, 0))
     depth = max(DEPTH * m_n, DEEPER * float(slices.half_width(np.array(force / pair.b)).max()))
-    compliance = compliance_at(slices, depth, bodies, face)
+    line_load = AT_CORNER * force / pair.b
+    compliance = compliance_at(slices, depth, line_load, bodies, face)
     if softens:
         touching = slices.in_middle(OVERLAP * m_n)
-        softening = (compliance_at(touching, depth, bodies, face) - compliance) / (OVERLAP * m_n)
+        softening = (compliance_at(touching, depth, line_load, bodies, face) - compliance) / (OVERLAP * m_n)
     constant = 0.5 + np.log(2 * depth / slices.half_width(1 / slices.width))
     beside, tilt = _tilts(slices, face)
     approach = slices.closest.approach
     softened = compliance, softening, LARGEST_OVERLAP * m_n
-    return LineContact(*softened, slices.flattening, constant, approach, bend, beside, tilt)
+    edge = from_edge / np.sqrt(2 * slices.closest.radius)
+    return LineContact(*softened, slices.flattening, constant, approach, bend, edge, beside, tilt)
 
 
 def _tilts(slices: ContactSlices, face: Face) -> tuple[np.ndarray, np.ndarray]:
@@ -227,7 +243,8 @@ def _write_loads(contact, te, w, gap, loads, rest, rise, band):
         before, after, tilt = contact.beside[0, i], contact.beside[1, i], contact.tilt[i]
         approach = contact.approach[i]
         overlap, slope = approach * te - gap[0, i] - w[0, i], -gap[1, i] - tilt * (w[0, after] - w[0, before])
-        load = slice_load(contact.factor[i], contact.constant[i], overlap, slope, contact.bend[i])
+        edge = contact.edge[0, i], contact.edge[1, i]
+        load = slice_load(contact.factor[i], contact.constant[i], overlap, slope, contact.bend[i], edge)
         loads[0, i], loads[1, i], loads[2, i], by_middle, mixed, by_slope = load
         mesh_force, stiffness = mesh_force + approach * loads[0, i], stiffness + approach**2 * by_middle
         rest[0, i] += loads[0, i]
@@ -334,8 +351,46 @@ def solve_lines(contact, force, middle, slope, touches):
 
 
 @unchecked
-def line_load(factor, constant, overlap):
-    """Line load under an overlap > 0 [m], and its derivative; both times the length of the slice [N], [N/m]."""
+def at_edge(t):
+    """Further flattening of a contact that ends at a corner, over factor times load, and its derivative; 0 from t = 1.
+
+    t       distance of the smallest gap from the corner over the half-width of Hertz
+    """
+    if t >= 1:
+        return 0.0, 0.0
+    part, beyond = (t + sqrt(t * t + 3)) / 3, min(t, 0.0)
+    if t < -1:
+        part = 1 / (sqrt(t * t + 3) - t)
+    load = part * (1.5 * part - t)  # 1/2
+    logarithm = log(part)
+    flattened = load * logarithm + part * part / 4 + part * (part - t)
+    gap = 2 * part * (part - t) + (t * t - beyond * beyond) / 2
+    return 2 * (gap - flattened - 0.25), 2 * (t - beyond - part)
+
+
+@unchecked
+def line_load(factor, constant, overlap, edge):
+    """Line load under an overlap > 0 [m], and its derivative; both times the length of the slice [N], [N/m].
+
+    edge    distance of the smallest gap from the mate's tip corner over sqrt(2 R) [m^0.5]
+    """
+    load, rate = _hertz_load(factor, constant, overlap)
+    if edge >= sqrt(factor * load):
+        return load, rate
+    for _ in range(LOGARITHM_STEPS):
+        t = edge / sqrt(factor * load)
+        further, slope = at_edge(t)
+        logarithm = constant - log(load) / 2 + further
+        rate = 1 / (factor * max(logarithm - 0.5 - t * slope / 2, LEAST_FLATTENING))
+        last, load = load, max(load + (overlap - factor * load * logarithm) * rate, load / 4)
+        if abs(load - last) < SHORTEST * load:
+            break
+    return load, rate
+
+
+@unchecked
+def _hertz_load(factor, constant, overlap):
+    """`line_load` of a contact far from corners."""
     least = 0.5 + LEAST_FLATTENING
     widest = exp(2 * (constant - least))
     if overlap >= factor * widest * least:
@@ -368,8 +423,10 @@ def loaded_parts(middle, slope, bend):
 
 
 @unchecked
-def slice_load(factor, constant, middle, slope, bend):
+def slice_load(factor, constant, middle, slope, bend, edge):
     """Force and moment over half of the width [N] of an overlap middle + slope x - bend x^2 [m], and derivatives.
+
+    edge    of `LineContact`, edge[0] + edge[1] x
 
     Returns force, moment, the largest line load times the length of the slice [N], and the derivatives of force by
     middle, of force by slope or moment by middle, and of moment by slope [N/m].
@@ -385,7 +442,7 @@ def slice_load(factor, constant, middle, slope, bend):
                 x, weight = (low + high + (high - low) * points[k]) / 2, (high - low) / 4 * weights[k]
                 overlap = middle + slope * x - bend * x * x
                 if overlap > 0:
-                    load, rate = line_load(factor, constant, overlap)
+                    load, rate = line_load(factor, constant, overlap, edge[0] + edge[1] * x)
                     force, moment, largest = force + weight * load, moment + weight * load * x, max(largest, load)
                     by_middle, mixed = by_middle + weight * rate, mixed + weight * rate * x
                     by_slope += weight * rate * x * x

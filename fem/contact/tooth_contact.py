@@ -173,9 +173,8 @@ class ToothContact:
             slices, te = whole.part(near), unloaded.copy()
             loads = LineLoads(te, np.zeros(te.size), *np.zeros((3, te.size, near.size)))
             if loaded.any():
-                contact = line_contact(
-                    slices, across.bend[near], self.bodies, self.face, force=force.max(), softens=softens
-                )
+                around = across.bend[near], across.from_edge[:, near]
+                contact = line_contact(slices, *around, self.bodies, self.face, force=force.max(), softens=softens)
                 gaps = (np.ascontiguousarray(values[loaded][:, near]) for values in (middle, slope, touches))
                 solved = solve_lines(contact, force[loaded] * self.face.share, *gaps)
                 for of_all, of_loaded in zip(loads, solved, strict=True):
