@@ -84,17 +84,21 @@ class ContactSlices:
         """Where the flanks are closest."""
         return Closest(*closest_in(self.mesh, self.number, self.low, self.high, self.te))
 
-    def loaded_arcs(self, line_load: float) -> np.ndarray:
-        """(2, n) arc lengths on pinion and wheel of the middle of a line load [N/m], up to the mate's tip [m].
+    def loaded_arcs(self, line_load: float) -> tuple[np.ndarray, np.ndarray]:
+        """Arc lengths on pinion and wheel of the middle of a line load [N/m], up to the mate's tip [m], and its tilts.
 
-        That is where the flanks are closest, but beside a tip corner that ends the contact (`line_contact`).
+        It is where the flanks are closest, but beside a tip corner that ends the contact (`line_contact`). There the
+        force, along the normal of the host, is tilted from that of the mate. Both (2, n).
         """
         gears, host = self.mesh.geometry.gears, np.where(self.pinion_is_host, 0, 1)
         mate_roll, half_width = np.minimum(self.closest.foot, gears["roll_tip"][1 - host]), self.half_width(line_load)
         shift = half_width * beside_corner(self.closest.from_edge / half_width)
+        inclined = cos(self.position.pair.beta_b)
+        tilt = inclined * np.maximum(shift - np.minimum(self.closest.from_edge, 0.0), 0.0) / self.closest.radius
         of_host = self.closest.roll**2 / 2 / gears["r_b"][host] + shift
         of_mate = mate_roll**2 / 2 / gears["r_b"][1 - host] - shift
-        return np.where(self.pinion_is_host, (of_host, of_mate), (of_mate, of_host))
+        arcs = np.where(self.pinion_is_host, (of_host, of_mate), (of_mate, of_host))
+        return arcs, np.where(self.pinion_is_host, (0 * tilt, tilt), (tilt, 0 * tilt))
 
     @property
     def flattening(self) -> np.ndarray:

@@ -104,8 +104,10 @@ def compliance_at(
 ) -> np.ndarray:
     """(n, n) compliance between slices under line loads [N/m], beside half-planes clamped at a depth [m/N]."""
     numbers = slices.number, slices.low, slices.high
-    arcs = slices.loaded_arcs(line_load)[..., None]
-    return slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, np.zeros(arcs.shape))
+    arcs, tilts = slices.loaded_arcs(line_load)
+    return slices.mesh.call(
+        smooth_compliance, bodies, face.share < 1, numbers, depth, arcs[..., None], tilts[..., None]
+    )
 
 
 def line_contact(
