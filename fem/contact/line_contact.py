@@ -376,15 +376,16 @@ def line_load(factor, constant, overlap, edge):
 
     edge    distance of the smallest gap from the mate's tip corner over sqrt(2 R) [m^0.5]
     """
-    load, rate = _hertz_load(factor, constant, overlap)
-    if edge >= sqrt(factor * load):
-        return load, rate
+    largest, rate = _hertz_load(factor, constant, overlap)
+    if edge >= sqrt(factor * largest):
+        return largest, rate
+    load = largest
     for _ in range(LOGARITHM_STEPS):
         t = edge / sqrt(factor * load)
         further, slope = at_edge(t)
         logarithm = constant - log(load) / 2 + further
         rate = 1 / (factor * max(logarithm - 0.5 - t * slope / 2, LEAST_FLATTENING))
-        last, load = load, max(load + (overlap - factor * load * logarithm) * rate, load / 4)
+        last, load = load, min(max(load + (overlap - factor * load * logarithm) * rate, load / 4), largest)
         if abs(load - last) < SHORTEST * load:
             break
     return load, rate

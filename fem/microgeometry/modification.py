@@ -12,7 +12,7 @@ microseconds a call; with a formula in `fem.microgeometry.compiled_flank.FORMULA
 """
 
 from dataclasses import dataclass
-from math import atan, copysign, inf, pi, sqrt, tan
+from math import atan, copysign, hypot, inf, pi, sqrt, tan
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -43,8 +43,9 @@ class FlankExtent(NamedTuple):
 
     def roll_at(self, d: float, name: str = "d") -> float:
         """Roll length on the circle of diameter d [m], called name in the ValueError where it misses the flank."""
-        low, high = (2 * sqrt(roll**2 + self.r_b**2) for roll in (self.roll_form, self.roll_tip))
-        if not min(low, high) * (1 - 1e-9) <= (abs(d) if self.z < 0 else d) <= max(low, high) * (1 + 1e-9):
+        low, high = (copysign(2 * hypot(roll, self.r_b), self.z) for roll in (self.roll_form, self.roll_tip))
+        signed, rounding = -abs(d) if self.z < 0 else d, 1e-9 * abs(high)
+        if not low - rounding <= signed <= high + rounding:
             limits = f"[{low / mm:.6g}, {high / mm:.6g}] mm, from root form to tip circle"
             raise ValueError(f"{name}, where a relief begins, must lie in {limits}, got {d / mm:g} mm")
         return copysign(sqrt(max(d * d / 4 - self.r_b**2, 0.0)), self.z)

@@ -20,7 +20,7 @@ ANGLES = ("misalignment", "f_sigma_delta", "f_sigma_beta")
 class Offsets:
     """Offsets of a map: a sequence of increasing values makes an axis of the map, a number does not.
 
-    a               working centre distance [m]; by default that of the pair
+    a               working centre distance [m]; by default that of the pair; of a ring with either sign
     misalignment    angle in the plane of action by which the gap opens towards positive z [rad]
     f_sigma_delta   parallelism error in the plane of the axes, by which the axes diverge towards positive z [rad]
     f_sigma_beta    parallelism error across that plane, by which the wheel's axis inclines towards positive z in the
@@ -57,9 +57,10 @@ class Offsets:
 
     @checked
     def values(self, pair: GearPair) -> dict[str, np.ndarray]:
-        """Values of each offset of a pair, (n,)."""
+        """Values of each offset of a pair, (n,); centre distances of a ring are < 0."""
         values = {field.name: np.atleast_1d(getattr(self, field.name)) for field in fields(self) if field.name != "a"}
-        return {"a": np.atleast_1d(pair.a if self.a is None else self.a)} | values
+        a = np.atleast_1d(pair.a if self.a is None else self.a)
+        return {"a": np.sort(-np.abs(a)) if pair.internal else a} | values
 
     def axes(self) -> tuple[str, ...]:
         """Names of the offsets that are an axis of the map."""
