@@ -106,7 +106,7 @@ def shaft_positions(stages: Sequence[Stage], traversal: Traversal) -> dict[str, 
         (x_1, y_1), (x_2, y_2) = (positions[name] for name in _shaft_names(stage))
         gap = hypot(x_1 + stage.pair.a * cos(stage.angle) - x_2, y_1 + stage.pair.a * sin(stage.angle) - y_2)
         loop = f"the loop {_names(stages, traversal, i)} does not close, the gap is {gap / mm:.6g} mm"
-        if not gap < CLOSED * stage.pair.a:
+        if not gap < CLOSED * abs(stage.pair.a):
             angles = fitting_angles(stages, traversal.loop(i, _shaft_names(stage)))
             raise ValueError(f"{loop}; {fitting_remedy(stages, angles)}")
     return positions

@@ -34,7 +34,7 @@ class Stage:
     fast, slow      `exugear.Shaft` of the pinion and of the wheel; where the axial positions of their mid-planes
                     differ, the map must be made for that axial offset, or have it within its axis
     mesh            STE map (`fem.static_transmission_error`), or an `exugear.MeshForce` together with its pair
-    pair            `fem.GearPair`, by default the map's
+    pair            `fem.GearPair`, also of a pinion in a ring, by default the map's
     damping         along the line of action [N s/m], by default none
     damping_ratio   instead of damping, in (0, 1), usually 0.03 to 0.17: its share of `critical_damping`. The mode of
                     two shafts that are free to spin has this ratio; where the drive prescribes the speed of the fast
@@ -43,7 +43,8 @@ class Stage:
     damping_ramp    penetration over which the damping ramps in [m], by default 1 um (`exugear.MeshForce`)
     backlash        along the line of action [m], by default the pair's
     friction        `exugear.MeshFriction` of the pair, of both flanks; by default none
-    angle           direction from the fast to the slow shaft, about z from x [rad]
+    angle           direction from the fast to the slow shaft, about z from x [rad]; of a ring, whose a is < 0, from the
+                    slow shaft to the fast one, which is the side where the teeth mesh
     phase           of the mesh in the reference configuration, as share of a pitch; by default the phase that the
                     other meshes of its gears require, or 0 where they leave it free
 

@@ -157,6 +157,7 @@ class XuFriction:
         s, w, (r_1, r_2) = np.asarray(distance, float), np.asarray(line_load, float), _pitch_radii(pair)
         require_finite("distance", s, "pass metres")
         low, high = -r_1 * sin(pair.alpha_wt), r_2 * sin(pair.alpha_wt)
+        high = inf if r_2 < 0 else high
         within = f"distance must lie between the base circles, in ({low:.4g}, {high:.4g}) m"
         require(bool(((low < s) & (s < high)).all()), f"{within}, got {s.min():g} to {s.max():g} m; pass metres")
         require_finite("line_load", w, "pass N/m")

@@ -51,7 +51,7 @@ LINE_LOADS, POINTS = np.geomspace(3e3, 3e6, 19), 8
 
 def check_path(name: str, pair) -> None:
     """ValueError for a pair whose path of contact is not known."""
-    remedy = "a ring has no path of contact: pass the tables, MeshFriction(coefficient, pull, lever)"
+    remedy = "a RingPair has no path of contact: take fem.GearPair(planet, ring), or pass the tables pull and lever"
     require(isinstance(pair, GearPair), f"{name} must be a fem.GearPair, got {type(pair).__name__}; {remedy}")
 
 
@@ -102,7 +102,7 @@ class MeshFriction:
         Its loss is that of Ohlendorf's tooth loss factor. In helical gears the load is spread rather evenly over all
         contact lines and the loss is higher: use `from_ste`.
 
-        Raises ValueError for a ring gear, whose path of contact is not known.
+        Raises ValueError for a `RingPair`, whose path of contact is not known.
         """
         return cls(coefficient, **_tables(coefficient, pair, even_distribution(pair)), speed=speed, pair=pair)
 

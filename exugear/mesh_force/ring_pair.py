@@ -32,7 +32,8 @@ class RingPair:
     a          centre distance [m], < 0
     backlash   along the line of action [m]; inf: the back flank never touches
 
-    No STE map of ring gears can be computed: pass a `MeshForce` made from a table, for example of a constant stiffness.
+    Of the ring it knows the number of teeth alone: pass a `MeshForce` made from a table, for example of a constant
+    stiffness. A map computed by finite elements needs the whole ring: `fem.GearPair(planet, ring)`, with the same signs.
 
     Raises ValueError for z and a of the wrong sign, and for base circles that overlap.
     """

@@ -40,16 +40,18 @@ def gear_graphics(
     color: Sequence[float] = STEEL_GREY,
     points_per_tooth: int = 24,
 ) -> dict[str, Any]:
-    """Exudyn's GraphicsData of a toothed gear with a bore, mid-plane at axial [m], tooth 0 at phase_angle [rad].
+    """Exudyn's GraphicsData of a toothed gear with a bore, or of a ring, tooth 0 at phase_angle [rad].
 
+    axial              position of the mid-plane [m]
     points_per_tooth   on the outline of one pitch, even, at least 8; the outline's corners lie on the true one
     """
     outline, bore = pitch_section(gear, _even(points_per_tooth))
-    pitch, sizes = np.r_[outline, bore], (gear.z, outline.size, bore.size)
+    number = abs(gear.z)
+    pitch, sizes = gear.sign * np.r_[outline, bore], (number, outline.size, bore.size)
     layers = max(1, ceil(gear.b * abs(gear.twist) / TWIST))
     heights = np.linspace(-gear.b / 2, gear.b / 2, layers + 1)[:, None]
-    teeth = np.repeat(2 * pi / gear.z * np.arange(gear.z), pitch.size)
-    turned = np.tile(pitch, gear.z) * np.exp(1j * (phase_angle + gear.twist * heights + teeth))
+    teeth = np.repeat(2 * pi / gear.z * np.arange(number), pitch.size)
+    turned = np.tile(pitch, number) * np.exp(1j * (phase_angle + gear.twist * heights + teeth))
     points = np.stack([turned.real, turned.imag, np.broadcast_to(axial + heights, turned.shape)], axis=-1)
     data = graphics.FromPointsAndTrigs(points.reshape(-1, 3), gear_triangles(*sizes, layers), list(color))
     rim = np.c_[loops(*sizes)[0], np.roll(loops(*sizes)[0], -1)]
@@ -95,7 +97,7 @@ def gear_outline(gear: Gear, *, phase_angle: Finite = 0.0, points_per_tooth: int
     """Closed outline (2, n) of a gear in its mid-plane [m], tooth 0 at phase_angle [rad]; other options as of
     `gear_graphics`."""
     pitch, _ = pitch_section(gear, _even(points_per_tooth))
-    turns = np.exp(1j * (phase_angle + 2 * pi / gear.z * np.arange(gear.z)))
+    turns = gear.sign * np.exp(1j * (phase_angle + 2 * pi / gear.z * np.arange(abs(gear.z))))
     points = np.outer(turns, pitch).ravel()
     return np.array([points.real, points.imag])[:, np.r_[: points.size, 0]]
 
@@ -117,16 +119,17 @@ def half_outline(gear: Gear, n: int) -> tooth_profile.Polar:
 
 
 def pitch_section(gear: Gear, points_per_tooth: int) -> tuple[np.ndarray, np.ndarray]:
-    """Outline and bore of one pitch about the x axis as points x + iy, counter-clockwise.
+    """Outline and bore, or rim, of one pitch about the x axis as points x + iy, counter-clockwise.
 
-    Each begins at the middle of the tooth space; the outline runs up the right flank and down the left flank.
+    Each begins at the middle of the tooth space; the outline runs up the right flank and down the left flank. A tooth of
+    a ring lies about -x, and is passed clockwise: seen with the tip up, as that of an external gear.
     """
     half = half_outline(gear, points_per_tooth // 2)
-    foot = min(half.psi[0], (1 - 1e-3) * pi / gear.z)
+    foot = gear.sign * min(abs(half.psi[0]), (1 - 1e-3) * pi / abs(gear.z))
     psi = np.r_[-pi / gear.z, -foot, -half.psi[1:], half.psi[:0:-1], foot]
-    parts = 3 * ceil(BORE_CORNERS / (3 * gear.z))
+    parts = 3 * ceil(BORE_CORNERS / (3 * abs(gear.z)))
     bore = np.interp(np.arange(parts) * 3 / parts, range(4), [-pi / gear.z, -foot, foot, pi / gear.z])
-    return np.r_[gear.r_f, half.r, half.r[::-1]] * np.exp(1j * psi), gear.d_bore / 2 * np.exp(1j * bore)
+    return np.r_[gear.r_f, half.r, half.r[::-1]] * np.exp(1j * psi), gear.r_clamp * np.exp(1j * bore)
 
 
 def loops(z: int, n_outline: int, n_bore: int) -> tuple[np.ndarray, np.ndarray]:

@@ -41,15 +41,19 @@ def add_gears(model: Model) -> None:
             if (name, axial) not in drawn:
                 mbs, body, on_body = model.mbs, model.bodies[name], axial - origin(model, name)
                 add_gear_graphics(mbs, body, gear, axial=on_body, phase_angle=angle)
-                add_graphics(mbs, body, shaft_graphics(gear.b, gear.d_bore, axial=on_body))
+                if not gear.internal:
+                    add_graphics(mbs, body, shaft_graphics(gear.b, gear.d_bore, axial=on_body))
                 drawn.add((name, axial))
 
 
 def add_shafts(model: Model) -> None:
-    """Draw each shaft as a cylinder."""
+    """Draw each shaft as a cylinder in the bores of its gears; that of rings alone has none."""
     for shaft in model.gearbox.shafts:
         low, high = ends(shaft)
-        d = DIAMETER_SHARE * min(gear.d_bore for gear in shaft.gears.values())
+        bores = [gear.d_bore for gear in shaft.gears.values() if not gear.internal]
+        if not bores:
+            continue
+        d = DIAMETER_SHARE * min(bores)
         axial = (low + high) / 2 - origin(model, shaft.name)
         add_graphics(model.mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
 

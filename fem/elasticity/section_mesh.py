@@ -20,7 +20,7 @@ from fem.support.validation import require
 BORE, RIM = "bore", "rim"
 #: Exponent by which flank nodes lie closer together near the tip: those of an internal gear, whose flank is concave, need
 #: more. Nodes lie on the clamped circle within this share of its radius.
-TOWARDS_TIP, TOWARDS_TIP_INTERNAL, ON_CIRCLE = 1.5, 2.0, 1e-6
+TOWARDS_TIP, TOWARDS_TIP_INTERNAL, ON_CIRCLE = 1.5, 1.75, 1e-6
 
 
 def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:

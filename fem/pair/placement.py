@@ -3,7 +3,8 @@
 The pinion's mid-plane lies at the origin, the wheel's centre in the direction of x, the axes along z; the pinion drives
 counter-clockwise, and angles count counter-clockwise. The driving flank of tooth 0 touches the line of action at the
 roll length roll where the middle of the tooth stands roll / r_b - alpha_wt - psi_b ahead of the line of centres: this
-holds for either gear, as seen from its centre.
+holds for either gear, as seen from its centre, and for a ring with the signs of `fem.gear.gear`: its centre lies at
+a < 0, and its tooth opposite to its angle.
 """
 
 from math import pi
@@ -21,7 +22,7 @@ class Placement(NamedTuple):
     """Position and angle of a gear.
 
     centre          (3,) centre of its mid-plane [m]
-    angle           angle of the middle of tooth 0 in the mid-plane, from the x axis [rad]
+    angle           angle of the middle of tooth 0 in the mid-plane, from the x axis [rad]; of a ring that opposite to it
     turn_per_te     angle by which the gear turns per transmission error [rad/m]
     """
 
@@ -61,10 +62,11 @@ def meshing_angles(
 
     Each angle is that of the middle of the tooth in the mid-plane of its gear.
 
-    theta       direction from the pinion's to the wheel's centre [rad]
+    theta       direction from the pinion's to the wheel's centre, from a ring's to the pinion's [rad]
     direction   +1: the pinion drives counter-clockwise, -1: clockwise
     phase       position in the mesh cycle
     axial       position of the wheel's mid-plane from the pinion's along z [m]
     """
     pinion, wheel = placements(MeshPosition(pair, pair.a, direction * axial, phase))
-    return theta + direction * pinion.angle, theta + pi + direction * (wheel.angle - pi)
+    opposite = pi if pair.internal else 0.0
+    return theta + direction * pinion.angle, theta + pi + opposite + direction * (wheel.angle - pi)
