@@ -33,7 +33,7 @@ class RingPair:
     backlash   along the line of action [m]; inf: the back flank never touches
 
     Of the ring it knows the number of teeth alone: pass a `MeshForce` made from a table, for example of a constant
-    stiffness. A map computed by finite elements needs the whole ring: `fem.GearPair(planet, ring)`, with the same signs.
+    stiffness. A map by finite elements needs the whole ring: `fem.GearPair(planet, ring)`, which has the same signs.
 
     Raises ValueError for z and a of the wrong sign, and for base circles that overlap.
     """

@@ -121,8 +121,8 @@ def half_outline(gear: Gear, n: int) -> tooth_profile.Polar:
 def pitch_section(gear: Gear, points_per_tooth: int) -> tuple[np.ndarray, np.ndarray]:
     """Outline and bore, or rim, of one pitch about the x axis as points x + iy, counter-clockwise.
 
-    Each begins at the middle of the tooth space; the outline runs up the right flank and down the left flank. A tooth of
-    a ring lies about -x, and is passed clockwise: seen with the tip up, as that of an external gear.
+    Each begins at the middle of the tooth space; the outline runs up the right flank and down the left flank. A tooth
+    of a ring lies about -x, and is passed clockwise: seen with the tip up, as that of an external gear.
     """
     half = half_outline(gear, points_per_tooth // 2)
     foot = gear.sign * min(abs(half.psi[0]), (1 - 1e-3) * pi / abs(gear.z))

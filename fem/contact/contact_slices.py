@@ -91,7 +91,10 @@ class ContactSlices:
         force, along the normal of the host, is tilted from that of the mate. Both (2, n).
         """
         gears, host = self.mesh.geometry.gears, np.where(self.pinion_is_host, 0, 1)
-        mate_roll, half_width = np.minimum(self.closest.foot, gears["roll_tip"][1 - host]), self.half_width(line_load)
+        mate_roll, half_width = (
+            np.minimum(self.closest.foot, gears["roll_tip"][1 - host]),
+            self.half_width(np.array(line_load)),
+        )
         shift = half_width * beside_corner(self.closest.from_edge / half_width)
         inclined = cos(self.position.pair.beta_b)
         tilt = inclined * np.maximum(shift - np.minimum(self.closest.from_edge, 0.0), 0.0) / self.closest.radius
@@ -128,7 +131,9 @@ def closest_in(mesh: PairGeometry, number, low, high, te) -> np.ndarray:
 
 
 def beside_corner(t: np.ndarray) -> np.ndarray:
-    """(n,) distance from the closest point to the middle of the load over Hertz's half-width, at distances t from a corner.
+    """(n,) distance from the closest point to the middle of the load, over Hertz's half-width.
+
+    t       (n,) distance of the closest point from the corner over that half-width
 
     The pressure of `line_contact.at_edge`; at t >= 1 the middle of the load is the closest point.
     """

@@ -1,8 +1,8 @@
 """The gap between two flanks in a transverse section: exact involutes and the material removed from them.
 
 One gear, the host, carries the strips of a slice; the normals of its flank are the directions of contact. It is the
-pinion before the pitch point and the wheel behind it (`mesh_geometry.host_changes_at`), so that only the tip of the mate
-can end the strips.
+pinion before the pitch point and the wheel behind it (`mesh_geometry.host_changes_at`), so that only the tip of the
+mate can end the strips.
 """
 
 from math import atan2, copysign, cos, pi, sin, sqrt

@@ -66,8 +66,8 @@ class LineContact(NamedTuple):
     softest_te          transmission error up to which it changes [m]
     factor, constant    (n,) Hertz's flattening [m] under forces f: factor f (constant - ln(f) / 2)
     approach, bend      (n,) normal approach per transmission error, and bend of the gap across the slices [m]
-    edge                (2, n) distance of the smallest gap from the mate's tip corner in the middle, and its change to the
-                        high end, over sqrt(2 R) with the relative radius R of the flanks [m^0.5]
+    edge                (2, n) distance of the smallest gap from the mate's tip corner in the middle, and its change to
+                        the high end, over sqrt(2 R) with the relative radius R of the flanks [m^0.5]
     beside              (2, n) slices before and after each, or itself at the ends of the face
     tilt                (n,) tilt over half of the width per difference of the displacements of these two
     """

@@ -74,7 +74,7 @@ class Computation(NamedTuple):
 
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
-    """Compliance of the gear clamped at its bore, or at the outside of its rim, from the cache where it was computed before.
+    """Compliance of the gear clamped at its bore or outer rim, from the cache where it was computed before.
 
     loaded      width of the part of the face that can carry load, in its middle [m]
     whole       whether to model the whole face, for loads that differ on its halves; always done for helical gears

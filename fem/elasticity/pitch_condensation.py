@@ -1,9 +1,9 @@
 """Displacements of flanks from the finite elements of one pitch: those of all toothed pitches are equal but for a turn.
 
 Parts of the section end at radial lines. The unknowns inside a part are eliminated, which leaves a stiffness over its
-two lines and, in a pitch, over its flank. One pitch and half of the toothless rest of the section, whose other half is its
-mirror image, stand for the whole gear. They are joined at the lines, where displacements have tangential, radial and
-axial components; the order of a part's lines is counter-clockwise, in an internal gear clockwise.
+two lines and, in a pitch, over its flank. One pitch and half of the toothless rest of the section, whose other half is
+its mirror image, stand for the whole gear. They are joined at the lines, where displacements have tangential, radial
+and axial components; the order of a part's lines is counter-clockwise, in an internal gear clockwise.
 """
 
 from collections.abc import Callable

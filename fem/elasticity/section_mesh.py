@@ -18,8 +18,8 @@ from fem.support.arguments import checked
 from fem.support.validation import require
 
 BORE, RIM = "bore", "rim"
-#: Exponent by which flank nodes lie closer together near the tip: those of an internal gear, whose flank is concave, need
-#: more. Nodes lie on the clamped circle within this share of its radius.
+#: Exponent by which flank nodes lie closer together near the tip: those of an internal gear, whose tips carry load
+#: over a wider contact, need more. Nodes lie on the clamped circle within this share of its radius.
 TOWARDS_TIP, TOWARDS_TIP_INTERNAL, ON_CIRCLE = 1.5, 1.75, 1e-6
 
 

@@ -1,7 +1,7 @@
 """Macro-geometry of an involute cylindrical gear, external or internal (ISO 21771); one that cannot exist is refused.
 
-Number of teeth, radii, diameters and roll lengths of an internal gear are < 0: with these signs the formulas of external
-gears hold for it too.
+Number of teeth, radii, diameters and roll lengths of an internal gear are < 0: with these signs the formulas of
+external gears hold for it too.
 """
 
 from dataclasses import InitVar, dataclass, field
@@ -22,7 +22,6 @@ from fem.support.arguments import DERIVED
 from fem.support.representation import short
 from fem.support.validation import as_floats, number, require, require_within, set_fields
 from fem.units import deg, mm
-
 
 LENGTHS = "m_n", "b", "d_bore", "d_rim", "s_n", "d_a", "d_f", "rho_f", "fillet"
 #: Radius of the default fillet of an internal gear [modules], and share of the largest one that it keeps.
@@ -275,7 +274,7 @@ class Gear:
 
     @cached_property
     def _body(self) -> Inertia:
-        """Disc of the gear's material up to the mean of tip and root circle, or ring from there to the rim's outside."""
+        """Disc of the material up to the mean of tip and root circle, or ring from there to the rim's outside."""
         teeth = abs(self.r_a + self.r_f)
         ends = (abs(self.d_rim), teeth) if self.internal else (teeth,)
         return cylinder(self.material.density, self.b, *ends)
@@ -314,9 +313,9 @@ class Gear:
         k       number of teeth in the span measurement
         D_M     diameter of balls that lie in opposite spaces [m]
 
-        By default the span and the balls touch near the diameter d + 2 x m_n, on which the chordal thickness is given; a
-        measure that is not possible is left out. M_dK of an internal gear is measured between the balls; it has no span.
-        Raises ValueError for k and D_M that miss the flanks.
+        By default the span and the balls touch near the diameter d + 2 x m_n, on which the chordal thickness is given;
+        a measure that is not possible is left out. M_dK of an internal gear is measured between the balls; it has no
+        span. Raises ValueError for k and D_M that miss the flanks.
         """
         r, beta_a = self.r, atan(self.twist * self.r_a)
         teeth = Teeth(self.z, self.r_b, self.psi_b, self.beta_b, self.b, self.r_f, (self.roll_form, self.roll_tip))

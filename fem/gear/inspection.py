@@ -10,7 +10,7 @@ from fem.units import mm
 
 
 class Teeth(NamedTuple):
-    """Gear data that these measures depend on, with the signs of `fem.Gear`; rolls: those of the ends of the flank [m]."""
+    """Gear data that these measures depend on, signed as in `fem.Gear`; rolls: roll lengths of the flank's ends [m]."""
 
     z: int
     r_b: float
@@ -69,7 +69,7 @@ def _roll(teeth: Teeth, r: float) -> float:
 
 
 def over_balls(teeth: Teeth, d_m: float) -> float:
-    """Dimension M_dK over two balls of diameter D_M = d_m in opposite spaces [m]; of an internal gear minus that between.
+    """Dimension M_dK over two balls of diameter D_M = d_m in opposite spaces [m]; minus that between, of a ring.
 
     A ball touches two flanks: inv(alpha_K) = D_M / (d_b cos beta_b) less half the space on the base circle, its centre
     lies on d_K = d_b / cos(alpha_K). Raises ValueError for balls that miss the flanks, or stay below the tips.

@@ -110,7 +110,11 @@ def check_root(gear) -> None:
     between = (
         f"no involute between root form circle {2 * gear.r_form / mm:g} mm and tip circle d_a = {gear.d_a / mm:g} mm"
     )
-    remedy = "reduce |d_a|, or the fillet or rho_a0 of the cutter" if gear.internal else "raise d_a, or reduce rho_f or the fillet"
+    remedy = (
+        "reduce |d_a|, or the fillet or rho_a0 of the cutter"
+        if gear.internal
+        else "raise d_a, or reduce rho_f or the fillet"
+    )
     require(gear.r_a > gear.r_form, f"{between}; {remedy}")
 
 

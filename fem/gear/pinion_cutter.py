@@ -101,7 +101,7 @@ class Generation:
         return self.a_0 * sin(self.alpha_w0)
 
     def half_tip(self, r_f: float, rho: float) -> float:
-        """Angle [rad] between the middle of the cutter's tooth and the centre of its rounding; < 0: rho is too large."""
+        """Angle [rad] between the middle of the cutter's tooth and the centre of its rounding; < 0: too large a rho."""
         r_c0 = self.a_0 - r_f - rho
         return float(self.psi_b0 - rho / self.r_b0 - involute(acos(min(1.0, self.r_b0 / r_c0))))
 
@@ -172,8 +172,8 @@ def check_generation(gear) -> None:
     """Require a cutter that fits into the gear, and generates its involute up to the tip; gear: a `fem.Gear`."""
     cutter, at = gear.cutter, gear.generation
     require(cutter.z_0 < -gear.z, f"z_0 of the cutter must be less than {-gear.z} teeth, got {cutter.z_0}")
-    fits = f"the cutter of z_0 = {cutter.z_0} teeth and x_0 = {cutter.x_0:g} does not fit into the gear of x = {gear.x:.4g}"
-    require(at.involute_w0 > 0, f"{fits}; reduce z_0 or x_0, or raise x")
+    fits = f"the cutter of z_0 = {cutter.z_0}, x_0 = {cutter.x_0:g} does not fit into the gear of x = {gear.x:.4g}"
+    require(at.involute_w0 > 0, f"{fits}; reduce z_0, x_0 or x")
     r_a0, deeper = at.a_0 - gear.r_f, "raise |d_f|, or reduce x or x_0"
     short_tip = f"d_f = {gear.d_f / mm:.6g} mm leaves the cutter d_a0 = {2 * r_a0 / mm:.6g} mm, below its pitch circle"
     require(r_a0 > at.r_b0 / cos(at.alpha_w0), f"{short_tip}; {deeper}")

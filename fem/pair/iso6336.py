@@ -65,8 +65,8 @@ def single_stiffness(
     C_R         gear blank factor of web and rim; 1: solid discs
     C_M         correction factor of the theoretical stiffness by measurements
 
-    Index 1 of the standard is the smaller gear, whichever drives; a ring has infinitely many teeth. With the default `Material`, E = 210 GPa, the
-    stiffness is 210 / 206 of that of the standard for steel.
+    Index 1 of the standard is the smaller gear, whichever drives; a ring has infinitely many teeth. With the default
+    `Material`, E = 210 GPa, the stiffness is 210 / 206 of that of the standard for steel.
 
     Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0, factors outside (0, 1].
     """

@@ -31,14 +31,14 @@ TOUCHING = 1e-7
 class GearPair:
     """Two gears in mesh at the working centre distance a [m]; by default that without backlash.
 
-    The wheel may be a ring with internal teeth (z < 0): a is then < 0, and accepted with either sign. A helical ring has
-    the hand of its pinion, the same beta.
+    The wheel may be a ring with internal teeth (z < 0): a is then < 0, and accepted with either sign. A helical ring
+    has the hand of its pinion, the same beta.
 
     Raises ValueError where the two cannot run together: different base pitch, helix angles that are not equal and
     opposite (of a ring: equal), no contact, total contact ratio below 1, interference or no tip clearance at a root, an
-    undercut that goes beyond the pitch point, negative backlash; of a ring also for tips that strike one another outside
-    the path of contact (trochoidal interference). Whether a pinion can be pushed radially into its ring is told by
-    `radial_clearance`.
+    undercut that goes beyond the pitch point, negative backlash; of a ring also for tips that strike one another
+    outside the path of contact (trochoidal interference). Whether a pinion can be pushed radially into its ring is told
+    by `radial_clearance`.
     """
 
     pinion: Gear
@@ -58,6 +58,11 @@ class GearPair:
         hand = "equal, in a ring" if wheel.internal else "equal and opposite"
         require(opposite, f"beta of pinion and wheel must be {hand}, got {hands}; change the hand of one gear")
         if self.a is None:
+            thick = (
+                f"the teeth of x = {pinion.x:.4g} and {wheel.x:.4g} are too thick for any centre distance in the ring"
+            )
+            fit = not self.internal or self._involute_without_backlash > 0
+            require(fit, f"{thick}; reduce x or s_n of either gear")
             set_fields(self, a=self.a_without_backlash)
         elif self.internal:
             set_fields(self, a=-abs(self.a))
@@ -82,7 +87,9 @@ class GearPair:
         base, tips = self.pinion.r_b + self.wheel.r_b, self.pinion.r_a + self.wheel.r_a
         if self.internal:
             roots = self.pinion.r_a + self.wheel.r_f
-            span = "mm (beyond the upper bound base circles overlap or tip circles part, below the lower one the pinion "
+            span = (
+                "mm (beyond the upper bound base circles overlap or tip circles part, below the lower one the pinion "
+            )
             require_within("a", self.a, roots, min(base, tips), unit=mm, remedy=f"{span}strikes the ring's root)")
         else:
             span = "mm (base circles touch below, tip circles part above; pass metres: 150*mm)"

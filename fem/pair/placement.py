@@ -22,7 +22,7 @@ class Placement(NamedTuple):
     """Position and angle of a gear.
 
     centre          (3,) centre of its mid-plane [m]
-    angle           angle of the middle of tooth 0 in the mid-plane, from the x axis [rad]; of a ring that opposite to it
+    angle           angle of the middle of tooth 0 in the mid-plane, from the x axis [rad]; of a ring the opposite one
     turn_per_te     angle by which the gear turns per transmission error [rad/m]
     """
 

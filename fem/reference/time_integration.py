@@ -126,6 +126,8 @@ class LoadedRun:
 def checked_run(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
     """`LoadedRun` and density with their defaults; ValueError for input that time integration does not support."""
     density, run = Density() if density is None else density, RunUp() if run is None else run
+    ring = "pair must be of two external gears, run-ups of rings are not modelled; take fem.nonlinear for their statics"
+    require(not pair.internal, f"{ring}, or exugear.run, got {pair}")
     check(pair, element, density)
     require_kind("run", run, RunUp)
     return LoadedRun(pair, float(checked_load(pair, number("torque", torque))[0]), run), density

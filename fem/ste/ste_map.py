@@ -20,7 +20,7 @@ from fem.support.tables import read_grid
 from fem.support.validation import increasing, numbers, require, require_finite
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank", "cutter")]
-#: Sizes that not every gear has: shape of the root fillet, and diameter where an external or an internal gear is clamped.
+#: Sizes that not every gear has: shape of the root fillet, and where an external or an internal gear is clamped.
 OPTIONAL = ("rho_f", "fillet", "d_bore", "d_rim")
 CUTTER = [part.name for part in fields(PinionCutter)]
 TORQUE, PHASE, TE, CENTROID, STIFFNESS, LOAD_SHARE = "torque", "phase", "te", "centroid", "stiffness", "load_share"

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 from skfem import Basis, ElementLineP2, ElementQuad2, ElementTriP2, MeshHex, MeshLine, MeshTri
 
 from fem.elasticity import extruded_elasticity, extrusion, section_mesh
@@ -129,7 +130,17 @@ def section_refined_at(gear: Gear, density: Density, loads: list[FlankLoad], sha
             largest = np.minimum(largest, share * half + grown)
         if (size <= largest).all():
             return mesh
-        mesh = _on_involute(gear, MeshTri(mesh.p, mesh.t).refined(np.flatnonzero(size > largest)), loads)
+        middles_of_hub = mesh.p[:, mesh.facets[:, section_mesh.clamped_facets(gear, mesh)]].mean(axis=1)
+        refined = MeshTri(mesh.p, mesh.t).refined(np.flatnonzero(size > largest))
+        mesh = _on_involute(gear, _on_hub(gear, refined, middles_of_hub), loads)
+
+
+def _on_hub(gear: Gear, mesh: MeshTri, middles: np.ndarray) -> MeshTri:
+    """Mesh with the nodes at middles (2, n) of clamped facets moved to the circle where the gear is clamped."""
+    apart, nodes = cKDTree(mesh.p.T).query(middles.T)
+    nodes, points = nodes[apart < 1e-9 * abs(gear.r_clamp)], mesh.p.copy()
+    points[:, nodes] *= abs(gear.r_clamp) / np.hypot(*points[:, nodes])
+    return MeshTri(points, mesh.t)
 
 
 def _on_involute(gear: Gear, mesh: MeshTri, loads: list[FlankLoad]) -> MeshTri:

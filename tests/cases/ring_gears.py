@@ -1,0 +1,40 @@
+"""Internal gears and pinions in them."""
+
+import fem
+from fem import Density
+from fem.units import deg, mm
+
+#: A mesh that is coarse enough for tests of symmetry and balance.
+COARSE = fem.Resolution(density=Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=1), slices=8)
+
+
+def planet(z: int = 23, x: float = 0.3, **options) -> fem.Gear:
+    """A pinion of module 2 mm."""
+    return fem.Gear(**{"z": z, "m_n": 2 * mm, "x": x, "b": 20 * mm, "d_bore": (z - 10) * 2 * mm} | options)
+
+
+def ring(z: int = -71, x: float = 0.2, *, height: float = 0.8, rim: float = 5.0, **options) -> fem.Gear:
+    """A ring of module 2 mm, its addendum and the thickness of its rim in modules; spur."""
+    sizes = {"d_a": (-z - 2 * (height + x)) * 2 * mm, "d_rim": (-z + 2 * (1.25 - x + rim)) * 2 * mm}
+    return fem.Gear(**{"z": z, "m_n": 2 * mm, "x": x, "b": 20 * mm} | sizes | options)
+
+
+def ring_pair(**options) -> fem.GearPair:
+    """A spur pinion in a ring, without backlash by default."""
+    return fem.GearPair(planet(), ring(), **options)
+
+
+def helical_ring_pair() -> fem.GearPair:
+    """Right-hand pinion and ring."""
+    helix = {"beta": 10 * deg}
+    return fem.GearPair(planet(**helix), ring(d_a=140.2 * mm, d_rim=170 * mm, **helix))
+
+
+def wind_turbine_stage(**options) -> fem.GearPair:
+    """Planet and ring of the second stage of NREL's 5 MW reference drivetrain; the ring by a cutter of 30 teeth."""
+    sizes = {"m_n": 21 * mm, "b": 550 * mm, "material": fem.Material(E=206e9)}
+    pinion = fem.Gear(z=36, x=0.5039, d_a=815.663 * mm, d_f=724.663 * mm, d_bore=500 * mm, **sizes)
+    cutter = fem.PinionCutter(z_0=30, x_0=0.0, rho_a0=0.3 * 21 * mm)
+    return fem.GearPair(
+        pinion, fem.Gear(z=-93, x=0.1171, d_rim=2300 * mm, cutter=cutter, **sizes | options), a=584 * mm
+    )

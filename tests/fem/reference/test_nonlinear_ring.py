@@ -1,0 +1,101 @@
+"""`fem.nonlinear` of pinions in rings: gaps at rest, balance, and the confirmation of compliance and contact."""
+
+from math import floor
+
+import numpy as np
+import pytest
+from contacts import contact_of
+from mating_gears import gaps_of, unbalanced_force
+from ring_gears import helical_ring_pair, planet, ring, ring_pair, wind_turbine_stage
+from skfem import ElementHex1, ElementQuad2
+from twins import plane_twin
+
+import fem
+from fem import Density
+from fem.contact.resolution import MAP_DENSITY
+from fem.reference.nonlinear import equilibrium, static_problem, static_transmission_error
+from fem.units import mm, um
+
+COARSE = Density(flank=30)
+
+
+def plane_te(pair: fem.GearPair, torque: float, phases, density: Density = MAP_DENSITY) -> np.ndarray:
+    """(n_phase,) te [m] by compliance and contact in plane strain, on the mesh of a map."""
+    toothed = density.with_teeth(floor(pair.eps_alpha) + 1, behind=1)
+    twins = tuple(plane_twin(gear, toothed, 2) for gear in (pair.pinion, pair.wheel))
+    return np.array([contact_of(pair, twins, phase, 1).state(torque / pair.pinion.r_b).te for phase in phases])
+
+
+def test_gaps_at_rest_vanish_where_rigid_flanks_touch():
+    problem = static_problem(ring_pair(), Density(flank=60, tooth=1, rim=1, body=1), ElementQuad2())
+    for phase in (0.0, 0.3, 0.45):
+        gaps = gaps_of(problem.mating, phase, 0.0)
+        assert (gaps.gap / gaps.closing).min() == pytest.approx(0.0, abs=0.05 * um)
+
+
+@pytest.mark.parametrize(
+    ("pair", "density", "element"),
+    [
+        (ring_pair(), COARSE, ElementQuad2()),
+        (helical_ring_pair(), Density(flank=10, fillet=1, tooth=1, rim=1, body=1, width=3), ElementHex1()),
+    ],
+)
+def test_both_gears_are_in_balance(pair, density, element):
+    force, phase = 2000.0, 0.35
+    problem = static_problem(pair, density, element)
+    state = equilibrium(problem, phase, force)
+    gaps = gaps_of(problem.mating, phase, state.te, state.u, candidates=state.candidates)
+    assert gaps.closing @ state.contact_forces == pytest.approx(force, rel=1e-6)
+    for deformable, gradient, u, gear in zip(
+        problem.gears, gaps.gradients, state.u, (pair.pinion, pair.wheel), strict=True
+    ):
+        load = (deformable.flank_operator.T @ (state.contact_forces @ gradient)).reshape(u.shape)
+        unbalanced = unbalanced_force(deformable, load, u).ravel()
+        assert np.abs(unbalanced[deformable.free]).max() < 1e-5 * np.abs(load).max()
+        x, y = deformable.solid.positions[:, :2].T
+        assert (x * load[:, 1] - y * load[:, 0]).sum() == pytest.approx(-force * gear.r_b, rel=1e-3)
+        if element.dim == 3:
+            thrust = gear.sign * force * np.tan(gear.beta_b)
+            assert load[:, 2].sum() == pytest.approx(thrust, rel=1e-3)
+
+
+def test_compliance_and_contact_are_near_on_a_coarse_mesh():
+    phases = [0.0, 0.5]
+    pair = ring_pair()
+    nonlinear = static_transmission_error(pair, 50, phases, density=COARSE, progress=False)["te"].values[0]
+    assert plane_te(pair, 50, phases) == pytest.approx(nonlinear, rel=0.02)
+
+
+def thin_rim() -> fem.GearPair:
+    """ISMA 2016: 39 teeth in 99, the rim 2.25 modules thick."""
+    return fem.GearPair(planet(39, 0.1), ring(-99, 0.1, height=0.9, rim=2.25))
+
+
+def few_teeth() -> fem.GearPair:
+    sizes = {"m_n": 3 * mm}
+    pinion = planet(17, 0.4, d_bore=(17 - 2.5 + 0.8 - 4) * 3 * mm, **sizes)
+    return fem.GearPair(pinion, ring(-52, 0.2, d_a=(52 - 2.0) * 3 * mm, d_rim=(52 + 2.1 + 6) * 3 * mm, **sizes))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "pair", "torque"),
+    [
+        ("thin rim, z 39/-99", thin_rim(), (60, 200)),
+        ("few teeth, z 17/-52", few_teeth(), (80, 250)),
+        ("NREL, z 36/-93", wind_turbine_stage(), (1e5, 2e5)),
+    ],
+)
+def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, measured):
+    """In plane strain: mean 0.2 %, any phase 0.36 % of the mean, peak to peak 0.5 % of it or 0.16 % of the mean."""
+    phases = np.arange(12) / 12
+    options = {"density": Density(flank=66).refined(2), "progress": False}
+    reference = static_transmission_error(pair, torque, phases, **options)["te"].values
+    for load, expected in zip(torque, reference, strict=True):
+        te = plane_te(pair, load, phases)
+        swings = np.ptp(te), np.ptp(expected)
+        numbers = [f"{curve.mean() / um:.3f} / {np.ptp(curve) / um:.3f}" for curve in (te, expected)]
+        measured.cells(f"ring in plane strain, {name}, {load:g} N m", *numbers)
+        assert te.mean() == pytest.approx(expected.mean(), rel=2e-3)
+        assert np.abs(te - expected).max() < 3.6e-3 * expected.mean()
+        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.6e-3 * expected.mean())
