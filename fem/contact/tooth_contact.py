@@ -182,7 +182,7 @@ class ToothContact:
             near = within_reach(whole.number, touches <= unloaded[:, None] + reach)
             slices, te = whole.part(near), unloaded.copy()
             stiffness, (of_slices, moment, largest) = np.zeros(te.size), np.zeros((3, te.size, near.size))
-            loads = LineLoads(te, stiffness, of_slices, moment, largest, touches[:, near])
+            loads = LineLoads(te, stiffness, of_slices, moment, largest, np.ascontiguousarray(touches[:, near]))
             if loaded.any():
                 contact = line_contact(
                     slices, across.bend[near], self.bodies, self.face, force=force.max(), softens=softens
