@@ -129,12 +129,15 @@ def line_contact(
     bend        (n,) of the gap across the slices [m]
     from_edge   (2, n) as in `GapAcross` [m]
     force       the largest mesh force [N]
-    softens     whether the compliance changes with the deflection
+    softens     whether the compliance changes with the deflection, and corners with the contact: not of a first guess
     """
     pair = slices.position.pair
     m_n, softening = pair.pinion.m_n, np.zeros((0, 0))
     depth = max(DEPTH * m_n, DEEPER * float(slices.half_width(np.array(force / pair.b)).max()))
     line_load = AT_CORNER * force / pair.b
+    if not softens:
+        from_edge = np.stack([np.full(slices.number.size, inf), np.zeros(slices.number.size)])
+        slices = slices.closest_at(slices.closest._replace(from_edge=from_edge[0]))
     compliance = compliance_at(slices, depth, line_load, bodies, face)
     if softens:
         touching = slices.in_middle(OVERLAP * m_n)
