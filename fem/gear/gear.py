@@ -8,7 +8,7 @@ from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from math import acos, asin, atan, copysign, cos, hypot, inf, pi, sin, sqrt, tan
 
-from fem.gear import limits
+from fem.gear import limits, pinion_cutter
 from fem.gear.data_sheet import GEAR, RING, DataSheet, listed
 from fem.gear.inspection import Teeth, measures
 from fem.gear.involute import involute
@@ -235,13 +235,13 @@ class Gear:
     def generation(self) -> Generation:
         """Generation of an internal gear by its cutter."""
         teeth = self.z, self.r, self.alpha_t, self.psi_b
-        return Generation(*teeth, self.cutter.z_0, self.cutter.psi_b0(self))  # type: ignore[union-attr]
+        return Generation(*teeth, self.cutter.z_0, pinion_cutter.psi_b0(self))  # type: ignore[union-attr]
 
     @cached_property
     def root(self) -> Trochoid | CutterTrochoid | Arc:
         """Curve between the involute and the root circle."""
         if self.cutter is not None:
-            return CutterTrochoid(self.generation, self.r_f, self.cutter.rounding(self))
+            return CutterTrochoid(self.generation, self.r_f, pinion_cutter.rounding(self))
         if self.fillet is not None:
             return Arc(self.r_b, self.r_f, self.psi_b, self.fillet)
         rack = self.alpha_t, self.beta, self.psi_b, self.h_rack, self.rho_f

@@ -47,16 +47,18 @@ class PinionCutter:
             if getattr(self, name) is not None:
                 require_within(name, getattr(self, name), 0, largest, unit=mm, remedy="mm (pass metres: 6*mm)")
 
-    def psi_b0(self, gear) -> float:
-        """Half angle of the cutter's tooth at its base circle [rad]."""
-        s_t0 = gear.m_n * (pi / 2 + 2 * self.x_0 * tan(gear.alpha_n)) / cos(gear.beta)
-        return float(s_t0 / (self.z_0 * gear.m_t) + involute(gear.alpha_t))
 
-    def rounding(self, gear) -> float:
-        """Radius of the tip rounding for a gear [m]."""
-        if self.rho_a0 is not None:
-            return self.rho_a0
-        return min(ROUNDING * gear.m_n, ROUNDEST * gear.generation.largest_rounding(gear.r_f))
+def psi_b0(gear) -> float:
+    """Half angle of the tooth of a gear's cutter at its base circle [rad]; gear: a `fem.Gear`."""
+    s_t0 = gear.m_n * (pi / 2 + 2 * gear.cutter.x_0 * tan(gear.alpha_n)) / cos(gear.beta)
+    return float(s_t0 / (gear.cutter.z_0 * gear.m_t) + involute(gear.alpha_t))
+
+
+def rounding(gear) -> float:
+    """Radius of the tip rounding of a gear's cutter [m]; gear: a `fem.Gear`."""
+    if gear.cutter.rho_a0 is not None:
+        return gear.cutter.rho_a0
+    return min(ROUNDING * gear.m_n, ROUNDEST * gear.generation.largest_rounding(gear.r_f))
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,7 @@ def check_generation(gear) -> None:
     r_a0, deeper = at.a_0 - gear.r_f, "raise |d_f|, or reduce x or x_0"
     short_tip = f"d_f = {gear.d_f / mm:.6g} mm leaves the cutter d_a0 = {2 * r_a0 / mm:.6g} mm, below its pitch circle"
     require(r_a0 > at.r_b0 / cos(at.alpha_w0), f"{short_tip}; {deeper}")
-    largest, rho = at.largest_rounding(gear.r_f), cutter.rounding(gear)
+    largest, rho = at.largest_rounding(gear.r_f), rounding(gear)
     require(largest > 0, f"the cutter of d_a0 = {2 * r_a0 / mm:.6g} mm has pointed teeth; reduce |d_f| or x_0")
     fits = "mm, the roundest tip that fits on the cutter"
     require_within("rho_a0", rho, 0, largest * (1 + 1e-9), unit=mm, remedy=fits)
