@@ -111,5 +111,8 @@ def _write_distances_from_edge(mesh, sections, closest):
 def _radius(mesh, at, roll):
     """Relative transverse radius of curvature of the involutes [m] at a roll length of the host."""
     host = copysign(max(abs(roll), LEAST_ROLL * abs(at.tip)), at.r_host)
-    mate = copysign(max(abs(turn_to_contact(mesh, at, roll)[1]), LEAST_ROLL * abs(at.mate_tip)), at.r_mate)
-    return host * mate / (host + mate)
+    mate = turn_to_contact(mesh, at, roll)[1]
+    # Beyond the tip of a ring, on its base circle, the pinion would be less curved than the ring.
+    mate = max(mate, LEAST_ROLL * at.mate_tip) if at.r_mate > 0 else min(mate, at.mate_tip)
+    radius = host * mate / (host + mate)
+    return radius if radius > 0 else min(abs(host), abs(mate))

@@ -146,14 +146,12 @@ class GapAcross(NamedTuple):
     """Gap middle + slope x + bend x^2 [m] of n slices at x from -1, the low, to 1, the high end; each (n,).
 
     approach    normal approach per transmission error
-    from_edge   (2, n) `Closest.from_edge` in the middle, and its difference between the high end and the middle [m]
     """
 
     middle: np.ndarray
     slope: np.ndarray
     bend: np.ndarray
     approach: np.ndarray
-    from_edge: np.ndarray
 
     def misaligned(self, slices: ContactSlices, misalignment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gaps in the middle and slopes (m, n) [m] under misalignments (m,) [rad], as in `fem.Offsets`."""
@@ -167,22 +165,14 @@ def gap_across(slices: ContactSlices) -> tuple[ContactSlices, GapAcross]:
     number = np.concatenate([slices.number, slices.number[last], slices.number])
     axial = np.concatenate([slices.low, slices.high[last], slices.middle])
     closest = closest_in(slices.mesh, number, axial, axial, slices.te)
-    n = first.size
-
-    def at_ends(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) values at the low and at the high ends of the slices."""
-        high = np.append(values[1:n], 0.0)
-        high[last] = values[n:-n]
-        return values[:n], high
-
-    low, high = at_ends(closest[2])
-    edge_low, edge_high = at_ends(closest[5])
-    from_edge = np.stack([closest[5, -n:], (edge_high - edge_low) / 2])
+    n, ends = first.size, closest[2, : -first.size]
+    high = np.append(ends[1:n], 0.0)
+    high[last] = ends[n:]
     slices = slices.closest_at(Closest(*closest[:, -n:]))
     roll, path = slices.position.nominal(slices.number, slices.middle), slices.position.path
     beyond = (roll < path.start) | (roll > path.end)
-    middle, slope, bend = parabolas(low, slices.closest.gap, high, beyond)
-    return slices, GapAcross(middle, slope, bend, slices.closest.approach, from_edge)
+    middle, slope, bend = parabolas(ends[:n], slices.closest.gap, high, beyond)
+    return slices, GapAcross(middle, slope, bend, slices.closest.approach)
 
 
 @kept_unchecked

@@ -67,8 +67,8 @@ class LineContact(NamedTuple):
     softest_te          transmission error up to which it changes [m]
     factor, constant    (n,) Hertz's flattening [m] under forces f: factor f (constant - ln(f) / 2)
     approach, bend      (n,) normal approach per transmission error, and bend of the gap across the slices [m]
-    edge                (2, n) distance of the smallest gap from the mate's tip corner in the middle, and its change to
-                        the high end, over sqrt(2 R) with the relative radius R of the flanks [m^0.5]
+    edge                (n,) distance of the smallest gap from the mate's tip corner over sqrt(2 R), with the relative
+                        radius R of the flanks [m^0.5]
     beside              (2, n) slices before and after each, or itself at the ends of the face
     tilt                (n,) tilt over half of the width per difference of the displacements of these two
     """
@@ -117,7 +117,6 @@ def compliance_at(
 def line_contact(
     slices: ContactSlices,
     bend: np.ndarray,
-    from_edge: np.ndarray,
     bodies: tuple[CompiledCompliance, CompiledCompliance],
     face: Face,
     *,
@@ -127,7 +126,6 @@ def line_contact(
     """Contact of slices that adjoin within each tooth pair.
 
     bend        (n,) of the gap across the slices [m]
-    from_edge   (2, n) as in `GapAcross` [m]
     force       the largest mesh force [N]
     softens     whether the compliance changes with the deflection, and corners with the contact: not of a first guess
     """
@@ -136,8 +134,7 @@ def line_contact(
     depth = max(DEPTH * m_n, DEEPER * float(slices.half_width(np.array(force / pair.b)).max()))
     line_load = AT_CORNER * force / pair.b
     if not softens:
-        from_edge = np.stack([np.full(slices.number.size, inf), np.zeros(slices.number.size)])
-        slices = slices.closest_at(slices.closest._replace(from_edge=from_edge[0]))
+        slices = slices.closest_at(slices.closest._replace(from_edge=np.full(slices.number.size, inf)))
     compliance = compliance_at(slices, depth, line_load, bodies, face)
     if softens:
         touching = slices.in_middle(OVERLAP * m_n)
@@ -146,7 +143,7 @@ def line_contact(
     beside, tilt = _tilts(slices, face)
     approach = slices.closest.approach
     softened = compliance, softening, LARGEST_OVERLAP * m_n
-    edge = from_edge / np.sqrt(2 * slices.closest.radius)
+    edge = slices.closest.from_edge / np.sqrt(2 * slices.closest.radius)
     return LineContact(slices.number, *softened, slices.flattening, constant, approach, bend, edge, beside, tilt)
 
 
@@ -252,8 +249,8 @@ def _write_loads(contact, te, w, gap, loads, rest, rise, band):
         before, after, tilt = contact.beside[0, i], contact.beside[1, i], contact.tilt[i]
         approach = contact.approach[i]
         overlap, slope = approach * te - gap[0, i] - w[0, i], -gap[1, i] - tilt * (w[0, after] - w[0, before])
-        edge = contact.edge[0, i], contact.edge[1, i]
-        load = slice_load(contact.factor[i], contact.constant[i], overlap, slope, contact.bend[i], edge)
+        local = contact.factor[i], contact.constant[i], contact.edge[i]
+        load = slice_load(local, overlap, slope, contact.bend[i])
         loads[0, i], loads[1, i], loads[2, i], by_middle, mixed, by_slope = load
         mesh_force, stiffness = mesh_force + approach * loads[0, i], stiffness + approach**2 * by_middle
         rest[0, i] += loads[0, i]
@@ -446,10 +443,10 @@ def loaded_parts(middle, slope, bend):
 
 
 @unchecked
-def slice_load(factor, constant, middle, slope, bend, edge):
+def slice_load(local, middle, slope, bend):
     """Force and moment over half of the width [N] of an overlap middle + slope x - bend x^2 [m], and derivatives.
 
-    edge    of `LineContact`, edge[0] + edge[1] x
+    local   factor, constant and edge of `LineContact`
 
     Returns force, moment, the largest line load times the length of the slice [N], and the derivatives of force by
     middle, of force by slope or moment by middle, and of moment by slope [N/m].
@@ -465,7 +462,7 @@ def slice_load(factor, constant, middle, slope, bend, edge):
                 x, weight = (low + high + (high - low) * points[k]) / 2, (high - low) / 4 * weights[k]
                 overlap = middle + slope * x - bend * x * x
                 if overlap > 0:
-                    load, rate = line_load(factor, constant, overlap, edge[0] + edge[1] * x)
+                    load, rate = line_load(local[0], local[1], overlap, local[2])
                     force, moment, largest = force + weight * load, moment + weight * load * x, max(largest, load)
                     by_middle, mixed = by_middle + weight * rate, mixed + weight * rate * x
                     by_slope += weight * rate * x * x

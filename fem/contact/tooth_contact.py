@@ -184,8 +184,9 @@ class ToothContact:
             stiffness, (of_slices, moment, largest) = np.zeros(te.size), np.zeros((3, te.size, near.size))
             loads = LineLoads(te, stiffness, of_slices, moment, largest, np.ascontiguousarray(touches[:, near]))
             if loaded.any():
-                around = across.bend[near], across.from_edge[:, near]
-                contact = line_contact(slices, *around, self.bodies, self.face, force=force.max(), softens=softens)
+                contact = line_contact(
+                    slices, across.bend[near], self.bodies, self.face, force=force.max(), softens=softens
+                )
                 gaps = (np.ascontiguousarray(values[loaded][:, near]) for values in (middle, slope, touches))
                 solved = solve_lines(contact, force[loaded] * self.face.share, *gaps)
                 for of_all, of_loaded in zip(loads, solved, strict=True):

@@ -87,7 +87,7 @@ def few_teeth() -> fem.GearPair:
     ],
 )
 def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, measured):
-    """In plane strain: mean 0.2 %, any phase 0.36 % of the mean, peak to peak 0.5 % of it or 0.16 % of the mean."""
+    """In plane strain: mean 0.2 %, any phase 0.36 % of the mean, peak to peak 0.5 % of it or 0.17 % of the mean."""
     phases = np.arange(12) / 12
     options = {"density": Density(flank=66).refined(2), "progress": False}
     reference = static_transmission_error(pair, torque, phases, **options)["te"].values
@@ -98,4 +98,4 @@ def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, m
         measured.cells(f"ring in plane strain, {name}, {load:g} N m", *numbers)
         assert te.mean() == pytest.approx(expected.mean(), rel=2e-3)
         assert np.abs(te - expected).max() < 3.6e-3 * expected.mean()
-        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.6e-3 * expected.mean())
+        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.7e-3 * expected.mean())
