@@ -79,7 +79,7 @@ class Path:
 
     def __init__(self, before: OrbitPoint, after: OrbitPoint):
         half_angle = acos(min(float(before.tangent @ after.tangent), 1.0)) / 2
-        length = float(np.linalg.norm(after.unknowns - before.unknowns)) / np.sinc(half_angle / pi)
+        length = float(np.linalg.norm(after.unknowns - before.unknowns) / np.sinc(half_angle / pi))
         first, self.end, self.start = before.unknowns, after, -length
         if before is after:
             self.start, first = -FIRST, after.unknowns - FIRST * after.tangent
