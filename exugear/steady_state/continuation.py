@@ -23,6 +23,9 @@ LEAST_COSINE, COSINE, SHORTER = 0.97, 0.975, 0.9
 LEAST_FREQUENCY_COMPONENT = 1e-4
 #: Points of a branch at most, and points from which on it may close.
 MOST_POINTS, FEW_POINTS = 5000, 8
+#: Number of points, and distance over which they must lead: a branch that creeps has no derivatives that guide it, as
+#: where teeth hit each other irregularly.
+CREEPING, LEAST_ADVANCE = 60, 0.02
 #: Position of a bifurcation in its step, relative tolerance and iterations at most.
 LOCATED, LOCATING = 1e-6, 30
 #: Rounding of the ends of a range.
@@ -58,7 +61,7 @@ def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Call
     points, point, length, path = [start], start, FIRST, Path(start, start)
     while len(points) < MOST_POINTS:
         following, length = _step(orbits, path, length)
-        if following is None:
+        if following is None or _creeps(points):
             return Trace(points, complete=False)
         inside = within.holds(following)
         reached = [following] if inside else points_at_borders(orbits, point, following, within)
@@ -69,6 +72,12 @@ def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Call
             return Trace(points, complete=True)
         path, point = Path(point, following), following
     return Trace(points, complete=False)
+
+
+def _creeps(points: list[OrbitPoint]) -> bool:
+    """Whether many points have led nowhere."""
+    before = points[-CREEPING:][0].unknowns
+    return len(points) > CREEPING and bool(np.linalg.norm(points[-1].unknowns - before) < LEAST_ADVANCE)
 
 
 class Path:
@@ -115,7 +124,7 @@ def _step(orbits: PeriodicOrbits, path: Path, length: float) -> tuple[OrbitPoint
     point = path.end
     while length > SHORTEST:
         step = min(length, FREQUENCY_CHANGE * point.unknowns[-1] / max(abs(point.tangent[-1]), SHORTEST))
-        while step > SHORTEST and path.cosine(step) < COSINE:
+        while step > FIRST and path.cosine(step) < COSINE:
             step *= SHORTER
         following = path.solved(orbits, step)
         if following is not None and following.tangent @ point.tangent > LEAST_COSINE:
