@@ -23,8 +23,8 @@ LEAST_COSINE, COSINE, SHORTER = 0.97, 0.975, 0.9
 LEAST_FREQUENCY_COMPONENT = 1e-4
 #: Points of a branch at most, and points from which on it may close.
 MOST_POINTS, FEW_POINTS = 5000, 8
-#: Number of points, and distance over which they must lead: a branch that creeps has no derivatives that guide it, as
-#: where teeth hit each other irregularly.
+#: Number of points, and distance over which they must lead where a common period of several mesh cycles is costly: a
+#: branch that creeps has no derivatives that guide it, as where teeth hit each other irregularly.
 CREEPING, LEAST_ADVANCE = 60, 0.02
 #: Position of a bifurcation in its step, relative tolerance and iterations at most.
 LOCATED, LOCATING = 1e-6, 30
@@ -61,7 +61,7 @@ def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Call
     points, point, length, path = [start], start, FIRST, Path(start, start)
     while len(points) < MOST_POINTS:
         following, length = _step(orbits, path, length)
-        if following is None or _creeps(points):
+        if following is None or (orbits.system.cycles > 1 and _creeps(points)):
             return Trace(points, complete=False)
         inside = within.holds(following)
         reached = [following] if inside else points_at_borders(orbits, point, following, within)
