@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
-from scipy.interpolate import CubicHermiteSpline
 
 from exugear.steady_state.periodic_orbit import SMALL, OrbitPoint, PeriodicOrbits
 
@@ -93,7 +92,9 @@ class Path:
         if before is after:
             self.start, first = -FIRST, after.unknowns - FIRST * after.tangent
         self.jacobians = before.jacobian, after.jacobian
-        self.curve = CubicHermiteSpline([self.start, 0.0], [first, after.unknowns], [before.tangent, after.tangent])
+        self.curve = scipy.interpolate.CubicHermiteSpline(
+            [self.start, 0.0], [first, after.unknowns], [before.tangent, after.tangent]
+        )
 
     def cosine(self, position: float) -> float:
         """Cosine between the tangents at a position and at the second point."""
