@@ -6,6 +6,8 @@ from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.planetary import Planetary
+from exugear.gearbox.planetary_phases import planetary_phases
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.load_factors.dynamic_factor import dynamic_factor
@@ -76,6 +78,7 @@ __all__ = [
     "NiemannFriction",
     "Placement",
     "Plan",
+    "Planetary",
     "Recorder",
     "RingPair",
     "Rule",
@@ -111,6 +114,7 @@ __all__ = [
     "peaks",
     "picture",
     "plan",
+    "planetary_phases",
     "plots",
     "recorded_signal",
     "report",

@@ -135,8 +135,10 @@ def braking_torques(shaft: Shaft, omega: np.ndarray, q: np.ndarray | None) -> np
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)
 
 
-def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
+def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: float) -> np.ndarray:
     """(n,) kinetic energy of a shaft and of its rotors [J], from their motions by name.
+
+    inertia   of the shaft about z [kg m^2], of a carrier with that of its planets on their circle
 
     An Rxyz body turns about its axis by the rate of its spin plus that of the first tilt times the sine of the second.
     """
@@ -149,7 +151,7 @@ def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarr
         energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
     for rotor in shaft.rotors:
         energy = energy + rotor.coupling.inertia * motions[rotor.name].speed ** 2
-    return 0.5 * (energy + shaft.inertia * about_axis**2)
+    return 0.5 * (energy + inertia * about_axis**2)
 
 
 def coupling_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:

@@ -26,14 +26,18 @@ from exugear.gearbox.stage import Stage
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
+from exugear.multibody.imposed_motion import AT_REST, imposed_motion
 from exugear.multibody.integrator_steps import contact_state
-from exugear.multibody.model import BuiltMesh, BuiltSystem, Model, linearized
+from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.plan import Plan
 from exugear.planning.plan import plan as plan_of
 from fem.support.arguments import checked
 from fem.support.validation import require
+
+#: Angular frequency of a held body on the spring that makes static solves regular [rad/s].
+HELD_OMEGA = 100.0
 
 
 @checked
@@ -54,6 +58,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
+    mbs.variables[REST] = imposed_motion(*AT_REST)
+    for name in gearbox.held:
+        add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
     contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
@@ -74,7 +81,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    return linearized(BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers), gearbox.driving.name)
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers)
+    hold_members(system)
+    return linearized(system, gearbox.driving.name)
 
 
 def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
@@ -116,7 +125,7 @@ class AddedContact(NamedTuple):
 def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> AddedContact:
     """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
-    items = [bodies[stage.fast.name], bodies[stage.slow.name]]
+    items = [bodies[shaft.name] for shaft in stage.shafts]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
     frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
@@ -134,7 +143,7 @@ def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.
 def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
-    direction = gearbox.directions[stage.fast.name]
+    direction = gearbox.flank_senses[number]
     if not spatial:
         return rotational_frame(stage.pair, phase, direction)
     axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
@@ -150,7 +159,9 @@ def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: P
         entries[:] = spatial_row(frame).reshape(2, 6)
     else:
         entries[:, 5] = rotational_row(frame)
-    for shaft, entry in zip((stage.fast, stage.slow), entries, strict=True):
+    if stage.carrier:
+        entries = np.vstack([entries, -entries.sum(axis=0)])
+    for shaft, entry in zip(stage.shafts, entries, strict=True):
         components, last = scene.shafts[shaft.name].components, spins[shaft.name] + 1
         row[last - len(components) : last] = entry[components]
     return row
@@ -168,7 +179,8 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
-        data = {"inertia": shaft.inertia, "nodeNumber": node, "referencePosition": [x, y, z]}
+        inertia = gearbox.inertias[shaft.name]
+        data = {"inertia": inertia, "nodeNumber": node, "referencePosition": [x, y, z]}
         return mbs.AddObject(eii.ObjectRotationalMass1D(name=shaft.name, **data))
     if coordinates is Coordinates.PLANAR:
         node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
@@ -189,6 +201,17 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
     else:
         add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
     return body
+
+
+def add_hold(mbs, body: int, inertia: float, coordinates: Coordinates) -> None:
+    """Hold the spin of a body [kg m^2] by a spring to ground.
+
+    The contacts see a held body at rest and exert nothing on its coordinate (`hold_members`), so that the spring never
+    carries a torque: static solves need it for a regular matrix.
+    """
+    ground = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+    markers = [ground, spin_marker(mbs, body, coordinates.spin_index)]
+    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=HELD_OMEGA**2 * inertia))
 
 
 def spin_marker(mbs, body: int, spin_index: int) -> int:

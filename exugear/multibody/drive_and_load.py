@@ -23,7 +23,7 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
-from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects
+from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects, hold_members
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
@@ -124,6 +124,7 @@ class DriveAndLoad:
         for mesh in self.model.meshes:
             state = state_of(mbs, mesh.contact)
             state.torques[:], state.imposed[:], state.inertias[:] = 0.0, 0, 0.0
+        hold_members(self.model)
         if mbs.variables.pop(MOTION, None) and self.held and self.held.coupling:
             _delete(mbs, COUPLING)
             self._set_spring(self.held, True)
@@ -173,10 +174,10 @@ class DriveAndLoad:
             nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
             _add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
             return
-        inertia = held.inertia
+        inertia = model.gearbox.inertias[held.name]
         for mesh in model.meshes:
             state = state_of(mbs, mesh.contact)
-            for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+            for side, shaft in enumerate(mesh.stage.shafts):
                 if shaft.name == held.name:
                     state.imposed[side], state.inertias[side], inertia = address_of(motion), inertia, 0.0
 
@@ -201,7 +202,7 @@ class DriveAndLoad:
             mesh, side = next(
                 (mesh, side)
                 for mesh in self.model.meshes
-                for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
+                for side, shaft in enumerate(mesh.stage.shafts)
                 if shaft.name == end.shaft
             )
             state_of(self.model.mbs, mesh.contact).torques[side] = self._constant_torque(end)

@@ -100,7 +100,8 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
     twisted = {}
     if held.rotors:
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
-        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - held.inertia * accelerations[anchor]
+        inertia_torque = box.inertias[anchor] * accelerations[anchor]
+        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - inertia_torque
         twisted = _twisted(held, held.end, on_rotors | {anchor: on_shaft})
         q[spin] += twisted[anchor]
     q = _with_mesh_forces(model, forces, q, anchor)
@@ -176,7 +177,7 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
     torques: dict[int, float] = {}
     for shaft, drag in zip(model.gearbox.shafts, conditions.initial_drags, strict=True):
         spin = model.spins[shaft.name]
-        torques[spin] = drag - shaft.inertia * accelerations[spin]
+        torques[spin] = drag - model.gearbox.inertias[shaft.name] * accelerations[spin]
         for rotor in shaft.rotors:
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
@@ -257,7 +258,7 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor:
     The shaft named anchor keeps its spin; in loops the spins are the least-squares solution.
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
-    spins = [spin for name, spin in model.spins.items() if name != anchor]
+    spins = [spin for name, spin in model.spins.items() if name != anchor and name not in model.gearbox.held]
     reference = np.array([mesh.reference_deflection for mesh in model.meshes])
     q[spins] += np.linalg.lstsq(rows[:, spins], deflections - reference - rows @ q)[0]
     for shaft in model.gearbox.shafts:
@@ -270,6 +271,8 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection [m] of a mesh under a force [N] at coordinates q; NoEquilibrium for loads beyond the map."""
     law = mesh.law
     spin = q[model.spins[mesh.stage.fast.name]]
+    if mesh.stage.carrier:
+        spin -= q[model.spins[mesh.stage.carrier.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
     side = 1 if force >= 0 else -1
     static = static_offsets(model.gearbox, mesh.stage, side)

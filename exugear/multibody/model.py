@@ -15,8 +15,10 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import call_path
 from exugear.multibody.exudyn_objects import quiet
+from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
@@ -25,6 +27,9 @@ from exugear.planning.linear_train import FreeSystem, LinearTrain
 from exugear.planning.plan import Plan
 from fem.support.arguments import checked
 from fem.support.validation import require, require_kind
+
+#: Key under which a system keeps the motion of its held shafts, which stand.
+REST = "held shafts"
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,9 +122,10 @@ class BuiltSystem:
 
     @property
     def mesh_cycles(self) -> np.ndarray:
-        """(n_stage,) mesh cycles per radian of the driving shaft."""
+        """(n_stage,) mesh cycles per radian of the driving shaft; on a carrier those of the speed in its frame."""
         box = self.gearbox
-        return np.array([abs(box.ratios[s.fast.name]) * s.pair.pinion.z / (2 * pi) for s in box.stages])
+        against = [box.ratios[s.fast.name] - (box.ratios[s.carrier.name] if s.carrier else 0.0) for s in box.stages]
+        return np.array([abs(x) * s.pair.pinion.z / (2 * pi) for x, s in zip(against, box.stages, strict=True)])
 
 
 @checked
@@ -154,6 +160,16 @@ def further_objects(model: BuiltSystem) -> range:
 def further_loads(model: BuiltSystem) -> range:
     """Numbers of the loads that were added to the built system."""
     return range(int(model.load) + 1, model.mbs.systemData.NumberOfLoads())
+
+
+def hold_members(system: BuiltSystem) -> None:
+    """Let the contacts of held shafts see them at rest, and keep the torques of the meshes from their coordinates."""
+    motion, _ = system.mbs.variables[REST]
+    for mesh in system.contacts:
+        state = state_of(system.mbs, mesh.contact)
+        for side, shaft in enumerate(mesh.stage.shafts):
+            if shaft.name in system.gearbox.held:
+                state.imposed[side], state.inertias[side] = address_of(motion), 0.0
 
 
 def end_coordinate(system: BuiltSystem, name: str) -> int:
@@ -237,9 +253,10 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per
 
 
 def held_by_joints(system: BuiltSystem) -> np.ndarray:
-    """Indices of the coordinates that ideal joints constrain."""
+    """Indices of the coordinates that ideal joints constrain, and of the spins of held shafts."""
     spins = [system.spins[name] for name, kind in system.scene.shafts.items() if kind is Coordinates.JOINT]
-    return np.array([spin - k for spin in spins for k in range(1, 6)], int)
+    held = [system.spins[name] for name in system.gearbox.held]
+    return np.array([*(spin - k for spin in spins for k in range(1, 6)), *held], int)
 
 
 def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:

@@ -30,7 +30,7 @@ def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
     by_shaft: dict[str, np.ndarray] = {}
     for mesh in model.meshes:
         if "energy" in mesh.recorder.samples:
-            for number, shaft in enumerate((mesh.stage.fast, mesh.stage.slow), start=1):
+            for number, shaft in enumerate(mesh.stage.shafts, start=1):
                 samples = mesh.recorder.power[f"{quantity}_{number}"]
                 by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
     return by_shaft
@@ -157,7 +157,17 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
             about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
             data[f"{name}_torque"] = (f"{name}_end", "time"), rows(list(by_sense[sense].values())), about
             data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
-    return data
+    return data | _reactions(model)
+
+
+def _reactions(model: Model) -> dict[str, Any]:
+    """Torques of the housing on held shafts over the held shafts and time; empty where none is held."""
+    held = [shaft for shaft in model.gearbox.shafts if shaft.name in model.gearbox.held]
+    if not held:
+        return {}
+    about = {"units": "N m", "long_name": "torque of the housing on the held shaft, about z"}
+    torques = rows([-mesh_torque(model, shaft) for shaft in held])
+    return {"reaction_torque": (("held_end", "time"), torques, about), "held_end": [shaft.name for shaft in held]}
 
 
 def rows(arrays: list[np.ndarray]) -> np.ndarray:
@@ -184,22 +194,24 @@ def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, 
         by_coupling = _coupling_torque(model, conditions, rotor, torques, time)
         torque = rotor.coupling.inertia * acceleration + by_coupling
     else:
-        torque = _mesh_torque(model, shaft)
-        np.subtract(shaft.inertia * acceleration, torque, out=torque)
+        torque = mesh_torque(model, shaft)
+        np.subtract(model.gearbox.inertias[shaft.name] * acceleration, torque, out=torque)
         if shaft.drags:
             torque += _drag_torque(model, shaft)
     torque *= conditions.held_sense
     return torque
 
 
-def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
-    """(n,) torque of all meshes on a shaft in its sense of motion [N m]."""
-    sides = [
-        (mesh.recorder.pinion_torque if mesh.stage.fast.name == shaft.name else mesh.recorder.wheel_torque)
-        for mesh in model.meshes
-        if shaft.name in (mesh.stage.fast.name, mesh.stage.slow.name)
-    ]
-    return model.gearbox.directions[shaft.name] * sum(sides[1:], start=sides[0])
+def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of all meshes on a shaft in its sense of motion [N m]; a carrier bears those on its gears."""
+    torques = []
+    for mesh in model.meshes:
+        on_pinion, on_wheel, stage = mesh.recorder.pinion_torque, mesh.recorder.wheel_torque, mesh.stage
+        if shaft.name in (stage.fast.name, stage.slow.name):
+            torques.append(on_pinion if shaft.name == stage.fast.name else on_wheel)
+        elif stage.carrier and shaft.name == stage.carrier.name:
+            torques.append(-on_pinion - on_wheel)
+    return model.gearbox.directions[shaft.name] * sum(torques[1:], start=torques[0])
 
 
 def _coupling_torque(

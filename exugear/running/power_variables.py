@@ -81,7 +81,8 @@ def _energies(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any
     """Kinetic energy, and strain energy of meshes, bearings and couplings together."""
     meshes = np.sum([mesh.recorder.power["energy"] for mesh in model.meshes], axis=0)
     shafts = model.gearbox.shafts
-    kinetic = np.sum([kinetic_energy(shaft, motions) for shaft in shafts], axis=0)
+    inertias = model.gearbox.inertias
+    kinetic = np.sum([kinetic_energy(shaft, motions, inertias[shaft.name]) for shaft in shafts], axis=0)
     elastic = np.sum(
         [bearing_energy(shaft, motions[shaft.name]) + coupling_energy(shaft, motions) for shaft in shafts], 0
     )
@@ -99,10 +100,10 @@ def shaft_motions(
     factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
     by_name = {}
     for mesh in model.meshes:
-        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+        for side, shaft in enumerate(mesh.stage.shafts):
             samples = mesh.recorder.power
             spin, speed = samples[f"spin_{side + 1}"], corrected(samples[f"speed_{side + 1}"], factor)
-            q, q_t = mesh.recorder.motion(side) if on_bearings(model, mesh) else (None, None)
+            q, q_t = mesh.recorder.motion(side) if side < 2 and on_bearings(model, mesh) else (None, None)
             moves = q is not None and model.plan.shafts[shaft.name].on_bearings
             rates = corrected(np.asarray(q_t, float), factor) if moves else None
             by_name[shaft.name] = ShaftMotion(spin, speed, np.asarray(q, float) if moves else None, rates)

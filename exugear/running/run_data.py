@@ -11,7 +11,9 @@ import numpy as np
 import xarray as xr
 
 from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, Recorder
+from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
+from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.multibody.exudyn_objects import INITIAL
@@ -32,6 +34,7 @@ from exugear.operation.stop_conditions import End
 from exugear.planning.sampling import Steps
 from exugear.running.power_variables import power_variables
 from fem.gear.gear import Gear
+from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_attributes
 from fem.support.netcdf import read
 from fem.support.validation import require
@@ -87,6 +90,7 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
     part: dict[str, Any] = {"steps": steps.every, "first": samples.start}
     for mesh in model.meshes:
         kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
+        kinds |= {"carrier": mesh.stage.carrier is not None}
         mesh.recorder.start(steps.interval, len(samples), **part, **kinds, zeroed=True)
     for torque in torques.values():
         torque.recorder.start(steps.interval, len(samples), **part)
@@ -171,7 +175,8 @@ def labelled(
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
     jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
     if conditions.run_up:
-        data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
+        ends = ("drive_end", "load_end", "held_end")
+        data = data.squeeze([name for name in ends if data.sizes.get(name) == 1])
     return data.assign_attrs({**conditions.attributes(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
 
 
@@ -188,11 +193,24 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
             "stage": ("stage", list(model.gearbox.labels)),
         },
     )
+    data = data.assign_coords(_members_of_sets(model.gearbox))
     elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
     for name, (recorded, unit, long_name) in (IN_RUNS | (IN_RUNS_ON_BEARINGS if elastic else {})).items():
         values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
     return data.assign(_friction(model, time))
+
+
+def _members_of_sets(gearbox: Gearbox) -> dict[str, Any]:
+    """Labels of the stages: planet, and member (sun or ring) with which it meshes, "" apart from a carrier; or none."""
+    if not gearbox.planets:
+        return {}
+    planets = [next((x.name for x in (s.slow, s.fast) if x.name in gearbox.planets), "") for s in gearbox.stages]
+    mates = [
+        "" if not planet else stage.fast.name if stage.slow.name == planet else stage.slow.name
+        for planet, stage in zip(planets, gearbox.stages, strict=True)
+    ]
+    return {"planet": ("stage", planets), "member": ("stage", mates)}
 
 
 def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
@@ -233,18 +251,32 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         law = stage.force
-        numbers = pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
+        numbers = _pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
         numbers |= {"damping_ramp": law.damping_ramp}
         numbers |= {"critical_damping": stage.critical_damping}
         numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
+        numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    if model.gearbox.held:
+        inputs["held"] = ", ".join(model.gearbox.held)
     return inputs
+
+
+def _pair_attributes(pair: GearPair | RingPair) -> dict[str, float | str]:
+    """Inputs of a pair by attribute name; of a `RingPair` the sizes that it has."""
+    if not isinstance(pair, RingPair):
+        return pair_attributes(pair)
+    names = {"pinion": ("z", "m_n", "x", "b", "alpha_n", "beta"), "wheel": ("z", "m_n", "b", "beta")}
+    sizes = {f"{gear}_{x}": getattr(getattr(pair, gear), x) for gear, listed in names.items() for x in listed}
+    return {"a": pair.a} | sizes
 
 
 def _parts(shaft: Shaft) -> str:
     """Bearings, discs, couplings and drags of a shaft with their axial positions, and its displacement; a line each."""
     groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in shaft.parts.items())
-    lines = [f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear)]
+    lines = [
+        f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear | Ring)
+    ]
     return "\n".join(lines + [f"whole shaft: {shaft.offset!r}"] * (shaft.offset != NO_DISPLACEMENT))
 
 

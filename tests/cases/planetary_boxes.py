@@ -1,0 +1,41 @@
+"""Planetary sets on meshes of known stiffness: gears of 30, 30 and 90 teeth, and gearboxes with a set."""
+
+from typing import Any
+
+import numpy as np
+
+import exugear
+import fem
+from fem.units import deg, mm
+
+GEAR = fem.Gear(z=30, m_n=3 * mm, alpha_n=20 * deg, b=25 * mm, d_bore=30 * mm)
+SUN_PAIR = fem.GearPair(GEAR, GEAR, a=90 * mm)
+RING_PAIR = exugear.RingPair(GEAR, -90, a=-SUN_PAIR.a)
+#: Mean stiffness of every mesh [N/m].
+STIFFNESS = 5e8
+
+
+def waving_law(amplitude: float = 0.1, damping: float = 1500.0, phases: int = 32) -> exugear.MeshForce:
+    """F = k deflection, k with a first harmonic over the mesh cycle; amplitude: its share."""
+    phase = np.arange(phases) / phases
+    k = STIFFNESS * (1 + amplitude * np.cos(2 * np.pi * phase))
+    return exugear.MeshForce(phase, np.array([0, 1 * mm]), np.outer(k, [0, 1 * mm]), damping=damping)
+
+
+def members() -> dict[str, exugear.Shaft]:
+    """Sun, ring and carrier, free to spin."""
+    sun, ring = exugear.Shaft("sun", {0.0: GEAR}), exugear.Shaft("ring", {0.0: RING_PAIR.wheel}, inertia=0.05, mass=5.0)
+    return {"sun": sun, "ring": ring, "carrier": exugear.Shaft("carrier", {}, inertia=0.02, mass=5.0)}
+
+
+def planetary(law: exugear.MeshForce | None = None, **changes: Any) -> exugear.Planetary:
+    """Three planets, unless they are changed, on one law for all meshes."""
+    meshes = dict.fromkeys(("sun_mesh", "ring_mesh"), law or waving_law())
+    pairs = {"sun_pair": SUN_PAIR, "ring_pair": RING_PAIR}
+    return exugear.Planetary(**members() | meshes | pairs | changes)
+
+
+def planetary_box(held: str = "ring", law: exugear.MeshForce | None = None, **changes: Any) -> exugear.Gearbox:
+    """A gearbox of such a set alone; driving and driven among the changes belong to the gearbox."""
+    ends = {name: changes.pop(name) for name in ("driving", "driven") if name in changes}
+    return exugear.Gearbox([planetary(law, **changes)], held=held, **ends)
