@@ -8,7 +8,7 @@ from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
-from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
+from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
 from exugear.gearbox.stage import Stage
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
@@ -90,6 +90,7 @@ __all__ = [
     "SpeedReached",
     "Stage",
     "Torque",
+    "TorqueSupport",
     "XuFriction",
     "__version__",
     "animate_mode",

@@ -101,6 +101,16 @@ class Gearbox:
                     carriers[shaft.name] = stage.carrier
         return carriers
 
+    @property
+    def planets_on_pins(self) -> tuple[str, ...]:
+        """Names of the planets on elastic pins, which move in the plane."""
+        return tuple(shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.bearings)
+
+    @property
+    def carriers_of_pins(self) -> set[str]:
+        """Names of the carriers of such planets."""
+        return {self.planets[name].name for name in self.planets_on_pins}
+
     def _orbit(self, shaft: Shaft, carrier: Shaft) -> float:
         """Distance [m] of a shaft from the axis of a carrier."""
         return hypot(*np.subtract(self.shaft_positions[shaft.name], self.shaft_positions[carrier.name]))
@@ -113,6 +123,21 @@ class Gearbox:
             if carrier := self.planets.get(shaft.name):
                 by_name[carrier.name] += shaft.mass * self._orbit(shaft, carrier) ** 2
         return by_name
+
+    @property
+    def body_inertias(self) -> dict[str, float]:
+        """Inertia of the body of each shaft about z [kg m^2]: `inertias`, but for planets that move on their own."""
+        by_name = dict(self.inertias)
+        for shaft in self.shafts:
+            if shaft.name in self.planets_on_pins:
+                carrier = self.planets[shaft.name]
+                by_name[carrier.name] -= shaft.mass * self._orbit(shaft, carrier) ** 2
+        return by_name
+
+    @property
+    def reaction_members(self) -> tuple[str, ...]:
+        """Names of the shafts that do not turn: held ones, and those on a `TorqueSupport`."""
+        return (*self.held, *(shaft.name for shaft in self.shafts if shaft.torque_supports))
 
     @property
     def turning_inertias(self) -> dict[str, float]:
@@ -188,7 +213,7 @@ class Gearbox:
         require(held in shafts, f"held must be one of the shafts {shafts}, got {held!r}")
         inertia_torques = [self.turning_inertias[name] * self.ratios[name] * acceleration for name in shafts]
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
-        free = [name != held and name not in self.held for name in shafts]
+        free = [name != held and name not in self.reaction_members for name in shafts]
         balance = (rows * root[:, None]).T[free]
         return root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
 
@@ -229,12 +254,12 @@ class Gearbox:
         """The shaft that is given for a role, or the first of the candidates that is not held."""
         given = getattr(self, role)
         if given is None:
-            return next((shaft for shaft in candidates if shaft.name not in self.held), candidates[0])
+            return next((shaft for shaft in candidates if shaft.name not in self.reaction_members), candidates[0])
         require(isinstance(given, Shaft | str), f"{role} must be a Shaft or its name, got {text_of(given)}")
         name = given.name if isinstance(given, Shaft) else given
         shafts = {shaft.name: shaft for shaft in self.shafts}
         require(name in shafts, f"{role}: no shaft {name!r}; the shafts are {[*shafts]}")
-        require(name not in self.held, f"{role}: shaft {name!r} is held; name another one")
+        require(name not in self.reaction_members, f"{role}: shaft {name!r} is held; name another one")
         return shafts[name]
 
     def _check_item_names(self) -> None:
@@ -262,8 +287,8 @@ class Gearbox:
 
     def _place_shafts(self) -> None:
         traversal = traverse_shafts(self.stages)
-        if self.held or any(stage.carrier for stage in self.stages):
-            ratios = exact_speeds(self.stages, self.driving.name, self.held)
+        if self.reaction_members or any(stage.carrier for stage in self.stages):
+            ratios = exact_speeds(self.stages, self.driving.name, self.reaction_members)
         else:
             ratios = speed_ratios(self.stages, traversal)
             ratios = {name: ratio / ratios[self.driving.name] for name, ratio in ratios.items()}
@@ -308,7 +333,7 @@ class Gearbox:
         forces = np.array(self.static_forces(1.0))
         backlashes = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
         advance = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(backlashes), 0.0)
-        ends = self.driving.name, *self.held
+        ends = self.driving.name, *self.reaction_members
         rows = self.rows[:, [shaft.name not in ends for shaft in self.shafts]]
         apart = np.abs(advance - rows @ np.linalg.lstsq(rows, advance)[0]).max()
         back = [stage.name for stage, x in zip(self.stages, advance, strict=True) if x]

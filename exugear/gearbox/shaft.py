@@ -185,7 +185,30 @@ def rotors_of(shaft: str, couplings: Sequence[Coupling]) -> tuple[Rotor, ...]:
     return tuple(rotors)
 
 
-Part = Gear | Ring | Bearing | Disc | Coupling | Drag | BearingDrag
+@checked
+@short(torsion="N m/rad", damping_time="s")
+@dataclass(frozen=True)
+class TorqueSupport:
+    """A torsional spring and damper between a shaft and the housing: an elastic torque arm, which takes the reaction.
+
+    torsion        stiffness [N m/rad]
+    damping_time   damping over stiffness [s]
+
+    A shaft with it does not turn but for its deflection. Raises ValueError for values that suggest another unit.
+    """
+
+    torsion: float
+    damping_time: float = 0.0
+
+    def __post_init__(self):
+        require_all("a torque support", self, {"torsion": "N m/rad"})
+        rigid = f"torsion {self.torsion:g} N m/rad is effectively rigid (from {RIGID:g} on)"
+        require(self.torsion < RIGID, f"{rigid}; leave the support out and hold the shaft: Gearbox(..., held=...)")
+        ratio = f"damping_time must lie in [0, 0.1) s, got {self.damping_time}; pass damping / stiffness"
+        require(0 <= self.damping_time < 0.1, ratio)
+
+
+Part = Gear | Ring | Bearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag
 NO_DISPLACEMENT = Placement()
 
 
@@ -197,7 +220,7 @@ def check_parts(name: str, parts) -> None:
         number(f"axial positions of {name}", axial)
         group = part if isinstance(part, list | tuple) else (part,)
         wrong = [x for x in group if not isinstance(x, Part)]
-        kinds = f"{name} holds fem.Gear, RingPair.wheel, Bearing, Disc, Coupling, Drag and BearingDrag"
+        kinds = f"{name} holds fem.Gear, RingPair.wheel, Bearing, Disc, Coupling, TorqueSupport, Drag and BearingDrag"
         require(not wrong, f"{kinds}, got {text_of(wrong[0]) if wrong else wrong} at {axial:g} m")
 
 
@@ -210,8 +233,9 @@ class Shaft:
     A carrier is a shaft on which planets turn, with or without gears of its own.
 
     name         of the shaft, unique in a gearbox
-    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc`, `Coupling`, `Drag` or `BearingDrag`, or a list of
-                 them; the ring of a `RingPair` (its `wheel`) has no body: pass inertia and mass, or a `Disc`
+    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc`, `Coupling`, `TorqueSupport`, `Drag` or
+                 `BearingDrag`, or a list of them; the ring of a `RingPair` (its `wheel`) has no body: pass inertia and
+                 mass, or a `Disc`
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid disc of its
                  material up to the mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears
@@ -346,6 +370,11 @@ class Shaft:
         """(axial position [m], drag) of each drag, first those of the bearings."""
         of_bearings = [(axial, bearing.drag) for axial, bearing in self.bearings.items() if bearing.drag]
         return of_bearings + self._parts_of(Drag | BearingDrag)
+
+    @property
+    def torque_supports(self) -> list[TorqueSupport]:
+        """The torsional springs between the shaft and the housing."""
+        return [support for _, support in self._parts_of(TorqueSupport)]
 
     @property
     def coupling(self) -> Coupling | None:

@@ -29,6 +29,7 @@ from exugear.multibody.gear_contact import add_contact
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
+from exugear.multibody.planet_pins import Pin, add_pin, pin_of
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.plan import Plan
@@ -59,8 +60,12 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     ground = mbs.CreateGround()
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
     mbs.variables[REST] = imposed_motion(*AT_REST)
+    pins = tuple(_add_pin(mbs, gearbox, name, bodies) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
-        add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
+        rigid = name in gearbox.carriers_of_pins
+        add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name], rigid=rigid)
+    for shaft in gearbox.shafts:
+        add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
     contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
@@ -81,7 +86,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers)
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins)
     hold_members(system)
     return linearized(system, gearbox.driving.name)
 
@@ -95,6 +100,9 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
     require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
     _check_suits(scene, suitable)
+    same = not gearbox.planets or dict(scene.shafts) == dict(suitable.shafts)
+    unreduced = "plan gives shafts of a planetary set other coordinates than they need, which is not built yet"
+    require(same, f"{unreduced}; pass exugear.plan(gearbox)")
     return scene
 
 
@@ -126,6 +134,8 @@ def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mappin
     """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[shaft.name] for shaft in stage.shafts]
+    if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
+        items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
     frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
@@ -154,14 +164,16 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
 
 def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: Plan) -> np.ndarray:
     """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
+    is_planar_set = any(scene.shafts[shaft.name].on_bearings for shaft in (stage.fast, stage.slow))
     row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
     if is_spatial(frame):
         entries[:] = spatial_row(frame).reshape(2, 6)
     else:
         entries[:, 5] = rotational_row(frame)
-    if stage.carrier:
-        entries = np.vstack([entries, -entries.sum(axis=0)])
-    for shaft, entry in zip(stage.shafts, entries, strict=True):
+    shafts = stage.shafts[:2]
+    if stage.carrier and not is_planar_set:
+        entries, shafts = np.vstack([entries, -entries.sum(axis=0)]), stage.shafts
+    for shaft, entry in zip(shafts, entries, strict=True):
         components, last = scene.shafts[shaft.name].components, spins[shaft.name] + 1
         row[last - len(components) : last] = entry[components]
     return row
@@ -179,14 +191,15 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
-        inertia = gearbox.inertias[shaft.name]
+        inertia = gearbox.body_inertias[shaft.name]
         data = {"inertia": inertia, "nodeNumber": node, "referencePosition": [x, y, z]}
         return mbs.AddObject(eii.ObjectRotationalMass1D(name=shaft.name, **data))
     if coordinates is Coordinates.PLANAR:
         node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
         data = {"mass": shaft.mass, "inertia": shaft.inertia, "nodeNumber": node}
         body = mbs.AddObject(eii.ObjectRigidBody2D(name=shaft.name, **data))
-        add_bearings(mbs, node, shaft, coordinates)
+        if shaft.name not in gearbox.planets:
+            add_bearings(mbs, node, shaft, coordinates)
         return body
     body = mbs.CreateRigidBody(
         name=shaft.name,
@@ -203,15 +216,41 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
     return body
 
 
-def add_hold(mbs, body: int, inertia: float, coordinates: Coordinates) -> None:
-    """Hold the spin of a body [kg m^2] by a spring to ground.
+def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int]) -> Pin:
+    """Add the pin of a planet by its name."""
+    carrier = gearbox.planets[name]
+    planet = next(shaft for shaft in gearbox.shafts if shaft.name == name)
+    centre, on_pin = (np.array(pose(gearbox, shaft)[:2]) for shaft in (carrier, planet))
+    pin = pin_of(planet, carrier, on_pin - centre)
+    add_pin(mbs, (node_of(mbs, bodies[carrier.name]), node_of(mbs, bodies[name])), pin)
+    return pin
 
-    The contacts see a held body at rest and exert nothing on its coordinate (`hold_members`), so that the spring never
-    carries a torque: static solves need it for a regular matrix.
+
+def add_hold(mbs, body: int, inertia: float, coordinates: Coordinates, *, rigid: bool) -> None:
+    """Hold the spin of a body [kg m^2].
+
+    rigid   by a constraint: pins push on the coordinate of a held carrier. Else by a spring to ground: the contacts see
+            a held body at rest and exert nothing on its coordinate (`hold_members`), so that the spring never carries a
+            torque; static solves need it for a regular matrix
     """
-    ground = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    markers = [ground, spin_marker(mbs, body, coordinates.spin_index)]
-    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=HELD_OMEGA**2 * inertia))
+    markers = [_ground_marker(mbs), spin_marker(mbs, body, coordinates.spin_index)]
+    if rigid:
+        mbs.AddObject(eii.CoordinateConstraint(markerNumbers=markers))
+    else:
+        mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=HELD_OMEGA**2 * inertia))
+
+
+def add_torque_supports(mbs, body: int, shaft: Shaft, coordinates: Coordinates) -> None:
+    """Add the torsional springs between a shaft and the housing."""
+    for support in shaft.torque_supports:
+        markers = [_ground_marker(mbs), spin_marker(mbs, body, coordinates.spin_index)]
+        k, c = support.torsion, support.damping_time * support.torsion
+        mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=k, damping=c))
+
+
+def _ground_marker(mbs) -> int:
+    """Marker on a coordinate that stands."""
+    return mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
 
 
 def spin_marker(mbs, body: int, spin_index: int) -> int:

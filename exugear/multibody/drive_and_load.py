@@ -76,8 +76,9 @@ class DriveAndLoad:
     def __post_init__(self):
         held = self.held
         braked = held is not None and held.coupling is None and bool(held.drags)
+        carries = held is not None and held.name in self.model.gearbox.carriers_of_pins
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
-        self.constrained = braked or added or self._observed()
+        self.constrained = braked or carries or added or self._observed()
 
     def _observed(self) -> bool:
         """Whether sensors of the user measure constraint or load."""
@@ -174,7 +175,7 @@ class DriveAndLoad:
             nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
             _add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
             return
-        inertia = model.gearbox.inertias[held.name]
+        inertia = model.gearbox.body_inertias[held.name]
         for mesh in model.meshes:
             state = state_of(mbs, mesh.contact)
             for side, shaft in enumerate(mesh.stage.shafts):
@@ -196,7 +197,8 @@ class DriveAndLoad:
         """Apply a constant torque on a shaft by a contact of the shaft, others by their tables."""
         for end in self.conditions.ends:
             table = self.conditions.tables[end.name]
-            if end.body in self.model.rotor_spins or not table.constant:
+            carries = end.shaft in self.model.gearbox.carriers_of_pins
+            if end.body in self.model.rotor_spins or carries or not table.constant:
                 self._add_torque(end, table, self.conditions.initial_torque(end))
                 continue
             mesh, side = next(

@@ -31,6 +31,8 @@ NO_EQUILIBRIUM = (
 )
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
+#: Solves after which the centrifugal forces of planets follow their displacements: each gains four digits or more.
+CENTRIFUGAL_SOLVES = 3
 #: Iterations for the phases of meshes, and their tolerance [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
@@ -68,11 +70,28 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        torques = _torques_at_start(model, conditions, considered * ratios)
-        q = _statically_solved(model, q, conditions, torques)
+        for _ in range(CENTRIFUGAL_SOLVES if model.pins else 1):
+            torques = _torques_at_start(model, conditions, considered * ratios, q)
+            q = _statically_solved(model, q, conditions, torques)
     system.SetODE2Coordinates(q, INITIAL)
-    system.SetODE2Coordinates_t(speed * ratios, INITIAL)
-    system.SetODE2Coordinates_tt(acceleration * ratios, INITIAL)
+    system.SetODE2Coordinates_t(speed * ratios + speed * _turned(model, q), INITIAL)
+    centripetal = -(speed**2) * _turned(model, ratios + _turned(model, q))
+    system.SetODE2Coordinates_tt(acceleration * ratios + centripetal, INITIAL)
+
+
+def _turned(model: Model, displacements: np.ndarray) -> np.ndarray:
+    """(n_coordinates,) velocities per speed of the driving shaft of displacements that turn with the carrier.
+
+    They are those of the members of sets whose planets move in the plane, 0 for all other coordinates.
+    """
+    velocities, box = np.zeros(displacements.size), model.gearbox
+    for stage in box.stages:
+        if stage.carrier and stage.carrier.name in box.carriers_of_pins:
+            for shaft in stage.shafts:
+                if model.scene.shafts[shaft.name].on_bearings:
+                    x, y = displacements[model.centre_of(shaft.name)]
+                    velocities[model.centre_of(shaft.name)] = box.ratios[stage.carrier.name] * np.array([-y, x])
+    return velocities
 
 
 def _inertia_matters(model: Model, acceleration: float) -> bool:
@@ -169,8 +188,13 @@ def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
     return ROUNDED_UNITS * float(largest * np.spacing(np.abs(q).max()))
 
 
-def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
+def _torques_at_start(
+    model: Model, conditions: Conditions, accelerations: np.ndarray, q: np.ndarray
+) -> dict[int, float]:
     """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
+
+    Also the centrifugal forces [N] of planets on pins, displaced as at the coordinates q, by the indices of their
+    centres.
 
     A static solve, without velocities, leaves them out.
     """
@@ -181,6 +205,13 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
         for rotor in shaft.rotors:
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
+    for pin in model.pins:
+        speed = conditions.initial_speed * model.gearbox.ratios[pin.carrier.name]
+        softening, centre = pin.planet.mass * speed**2, model.centre_of(pin.planet.name)
+        fast = f"planet {pin.planet.name!r} flies off its pin at {abs(speed) / rpm:.4g} rpm of the carrier"
+        holds = softening < 0.5 * float(pin.bearing.stiffness[0, 0])
+        require(holds, f"{fast}; take a stiffer pin, or a lower speed")
+        torques |= dict(enumerate(softening * (pin.position + q[centre]), start=centre.start))
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 
@@ -258,9 +289,10 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor:
     The shaft named anchor keeps its spin; in loops the spins are the least-squares solution.
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
-    spins = [spin for name, spin in model.spins.items() if name != anchor and name not in model.gearbox.held]
+    standing = anchor, *model.gearbox.reaction_members
+    motions = np.array([motion for name, motion in model.spin_motions.items() if name not in standing]).T
     reference = np.array([mesh.reference_deflection for mesh in model.meshes])
-    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - reference - rows @ q)[0]
+    q += motions @ np.linalg.lstsq(rows @ motions, deflections - reference - rows @ q)[0]
     for shaft in model.gearbox.shafts:
         for rotor in shaft.rotors:
             q[model.rotor_spins[rotor.name]] = q[model.spins[shaft.name]]

@@ -20,6 +20,7 @@ from exugear.multibody.direct_call import call_path
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
+from exugear.multibody.planet_pins import Pin
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates
@@ -86,6 +87,7 @@ class BuiltSystem:
     bodies, spins   of each shaft: object number, index of its spin among the system's coordinates
     rotor_spins     of each rotor behind a coupling, by its name: index of its spin
     end_markers     of each shaft: marker on the spin that drive or load acts on, of a rotor if there is a coupling
+    pins            of the planets that move in the plane
     drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
                     solved both may be out of the system (`exugear.multibody.drive_and_load`)
     """
@@ -101,6 +103,7 @@ class BuiltSystem:
     end_markers: Mapping[str, int]
     drive: int
     load: int
+    pins: tuple[Pin, ...]
 
     @property
     def rotors(self) -> dict[str, int]:
@@ -114,11 +117,30 @@ class BuiltSystem:
 
     @property
     def speed_ratios(self) -> np.ndarray:
-        """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
+        """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins.
+
+        Of planets on pins also the velocity of their centres in the reference configuration [m].
+        """
         ratios = np.zeros(self.mbs.systemData.ODE2Size())
         for name, shaft in self.gearbox.ends.items():
             ratios[self.turning[name]] = self.gearbox.ratios[shaft.name]
+        for pin in self.pins:
+            ratios[self.centre_of(pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
         return ratios
+
+    def centre_of(self, name: str) -> slice:
+        """Indices of x and y of a body that moves in the plane, by the name of its shaft."""
+        return slice(self.spins[name] - 2, self.spins[name])
+
+    @property
+    def spin_motions(self) -> dict[str, np.ndarray]:
+        """(n_coordinates,) small motion per angle of each shaft; planets on pins move along with their carrier."""
+        motions = {name: np.zeros(self.mbs.systemData.ODE2Size()) for name in self.spins}
+        for name, spin in self.spins.items():
+            motions[name][spin] = 1.0
+        for pin in self.pins:
+            motions[pin.carrier.name][self.centre_of(pin.planet.name)] = pin.orbit
+        return motions
 
     @property
     def mesh_cycles(self) -> np.ndarray:
@@ -234,10 +256,11 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per
     per_torque   (n_stage, n_shaft) mesh forces by torques about z [1/m], the bearings rigid
     """
     built, accelerations = system.contacts[i], train.acceleration_by_force(i, held)
+    orbits = bool(built.stage.carrier and system.pins)
     mobility = float(train.rows[i] @ accelerations)
     forces_on_bodies, by_bearings, holding = per_torque.T @ train.rows, np.zeros((2, 6)), per_torque[i]
     for by_displacement, shaft in zip(by_bearings, (built.stage.fast, built.stage.slow), strict=True):
-        if all(bearing.linear for bearing in shaft.bearings.values()):
+        if all(bearing.linear for bearing in shaft.bearings.values()) and not orbits:
             components = system.scene.shafts[shaft.name].components[:-1]
             displacements = slice(system.spins[shaft.name] - len(components), system.spins[shaft.name])
             by_displacement[components] = (train.stiffness @ accelerations)[displacements]

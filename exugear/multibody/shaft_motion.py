@@ -10,6 +10,7 @@ from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.model import Model
+from exugear.multibody.planet_pins import Pin
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
 from fem.units import mm
@@ -31,8 +32,12 @@ def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
     for mesh in model.meshes:
         if "energy" in mesh.recorder.samples:
             for number, shaft in enumerate(mesh.stage.shafts, start=1):
-                samples = mesh.recorder.power[f"{quantity}_{number}"]
-                by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
+                if shaft.name not in model.gearbox.carriers_of_pins:
+                    samples = mesh.recorder.power[f"{quantity}_{number}"]
+                    by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
+    for pin in model.pins if by_shaft else ():
+        samples = pin.recorder.samples[quantity][: model.meshes[0].recorder.deflection.size]
+        by_shaft[pin.carrier.name] = model.gearbox.directions[pin.carrier.name] * samples
     return by_shaft
 
 
@@ -61,11 +66,21 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
 
 
 def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
-    """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates."""
+    """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates.
+
+    Of planets those against their pins, along and across the pin's radius.
+    """
     kinds, motions, by_name = model.plan.shafts, {}, {}
+    number = model.meshes[0].recorder.deflection.size
+    for pin in model.pins:
+        names = ("radial", "tangential"), ("radial_rate", "tangential_rate"), ("x", "y"), ("v_x", "v_y")
+        d, w, centre, velocity = (pin.recorder.columns(*columns, number=number) for columns in names)
+        motions[pin.planet.name] = d, w
+        if kinds[pin.carrier.name].on_bearings:
+            motions[pin.carrier.name] = centre, velocity
     for mesh in model.meshes:
         for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
-            if kinds[shaft.name].on_bearings:
+            if kinds[shaft.name].on_bearings and shaft.name not in motions:
                 motions[shaft.name] = mesh.recorder.motion(side)
     for shaft in [shaft for shaft in model.gearbox.shafts if shaft.name in motions]:
         moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
@@ -195,7 +210,7 @@ def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, 
         torque = rotor.coupling.inertia * acceleration + by_coupling
     else:
         torque = mesh_torque(model, shaft)
-        np.subtract(model.gearbox.inertias[shaft.name] * acceleration, torque, out=torque)
+        np.subtract(model.gearbox.body_inertias[shaft.name] * acceleration, torque, out=torque)
         if shaft.drags:
             torque += _drag_torque(model, shaft)
     torque *= conditions.held_sense
@@ -203,15 +218,27 @@ def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, 
 
 
 def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
-    """(n,) torque of all meshes on a shaft in its sense of motion [N m]; a carrier bears those on its gears."""
-    torques = []
+    """(n,) torque of all meshes on a shaft in its sense of motion [N m].
+
+    A carrier bears those on its gears, by elastic pins by the torques of these.
+    """
+    torques = [_pin_torque(pin, model) for pin in model.pins if pin.carrier.name == shaft.name]
     for mesh in model.meshes:
         on_pinion, on_wheel, stage = mesh.recorder.pinion_torque, mesh.recorder.wheel_torque, mesh.stage
         if shaft.name in (stage.fast.name, stage.slow.name):
             torques.append(on_pinion if shaft.name == stage.fast.name else on_wheel)
-        elif stage.carrier and shaft.name == stage.carrier.name:
+        elif stage.carrier and shaft.name == stage.carrier.name and not model.pins:
             torques.append(-on_pinion - on_wheel)
     return model.gearbox.directions[shaft.name] * sum(torques[1:], start=torques[0])
+
+
+def _pin_torque(pin: Pin, model: Model) -> np.ndarray:
+    """(n,) torque of a planet's pin on its carrier about z [N m]: of its spring at the pin, damper at the planet."""
+    names = ("radial", "tangential"), ("radial_rate", "tangential_rate")
+    number, k = model.meshes[0].recorder.deflection.size, float(pin.bearing.stiffness[0, 0])
+    d, w = (pin.recorder.columns(*columns, number=number) for columns in names)
+    r, c = float(np.hypot(*pin.position)), pin.bearing.damping_time * k
+    return r * k * d[:, 1] + c * ((r + d[:, 0]) * w[:, 1] - d[:, 1] * w[:, 0])
 
 
 def _coupling_torque(

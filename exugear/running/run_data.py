@@ -18,6 +18,7 @@ from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model, on_bearings
+from exugear.multibody.planet_pins import PinRecorder
 from exugear.multibody.shaft_motion import (
     BearingForces,
     drag_variables,
@@ -40,6 +41,7 @@ from fem.support.netcdf import read
 from fem.support.validation import require
 from fem.units import mm
 
+AnyRecorder = Recorder | ShaftRecorder | PinRecorder
 #: Rows of the end state of a run.
 DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
@@ -94,6 +96,8 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
         mesh.recorder.start(steps.interval, len(samples), **part, **kinds, zeroed=True)
     for torque in torques.values():
         torque.recorder.start(steps.interval, len(samples), **part)
+    for pin in model.pins:
+        pin.recorder.start(steps.interval, len(samples), **part)
     try:
         yield
     finally:
@@ -101,9 +105,10 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
             recorder.header.number = 0
 
 
-def recorders_of(model: Model, torques: ShaftTorques) -> list[Recorder | ShaftRecorder]:
-    """The recorders of all meshes and torques."""
-    return [*(mesh.recorder for mesh in model.meshes), *(torque.recorder for torque in torques.values())]
+def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
+    """The recorders of all meshes, torques and pins."""
+    of_meshes, of_torques = [mesh.recorder for mesh in model.meshes], [torque.recorder for torque in torques.values()]
+    return [*of_meshes, *of_torques, *(pin.recorder for pin in model.pins)]
 
 
 def keep_valid(
@@ -133,6 +138,8 @@ def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
     """
     for mesh in model.meshes:
         pair, a = mesh.stage.pair, mesh.recorder.a[:number]
+        if pair.a < 0:
+            continue
         if on_bearings(model, mesh) and _is_apart(pair, a.max(initial=pair.a)):
             peaks = np.maximum.accumulate(a)
             apart = bisect_left(peaks, True, key=partial(_is_apart, pair))

@@ -39,3 +39,23 @@ def planetary_box(held: str = "ring", law: exugear.MeshForce | None = None, **ch
     """A gearbox of such a set alone; driving and driven among the changes belong to the gearbox."""
     ends = {name: changes.pop(name) for name in ("driving", "driven") if name in changes}
     return exugear.Gearbox([planetary(law, **changes)], held=held, **ends)
+
+
+PIN = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e6, damping_time=2e-5)
+
+
+def planar_box(
+    sun_bearing: exugear.Bearing | None = PIN,
+    law: exugear.MeshForce | None = None,
+    held: str = "ring",
+    bearings: exugear.Bearing | None = None,
+    **changes: Any,
+) -> exugear.Gearbox:
+    """A gearbox of a set whose planets stand on elastic pins; bearings: of ring and carrier, by default ideal ones."""
+    parts = {"sun": [GEAR, sun_bearing], "ring": [RING_PAIR.wheel, bearings], "carrier": [bearings]}
+    sizes = {"sun": {}, "ring": {"inertia": 0.05, "mass": 5.0}, "carrier": {"inertia": 0.02, "mass": 5.0}}
+    shafts = {
+        name: exugear.Shaft(name, {0.0: [part for part in listed if part]} if any(listed) else {}, **sizes[name])
+        for name, listed in parts.items()
+    }
+    return planetary_box(held, law, **{"pin": PIN} | shafts | changes)

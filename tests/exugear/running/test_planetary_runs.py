@@ -5,7 +5,7 @@ from math import cos
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, SUN_PAIR, members, planetary, planetary_box, waving_law
+from planetary_boxes import GEAR, PIN, SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
 
 import exugear
 from fem.units import mm, um
@@ -87,3 +87,58 @@ def test_held_members_take_no_drive_and_no_load(model):
         exugear.run(model, drives={"sun": 50.0}, loads={"ring": 10.0}, duration=0.01)
     with pytest.raises(ValueError, match="no shaft 'ring'"):
         exugear.run(model, drives={"sun": 50.0}, stop=[exugear.SpeedReached("ring", 1.0)], duration=0.01)
+
+
+@pytest.mark.parametrize(("driving", "held"), [("sun", "ring"), ("sun", "carrier"), ("ring", "sun")])
+def test_energy_is_balanced_on_elastic_pins(driving, held):
+    """Planets move in the plane; sun, ring and carrier on bearings."""
+    built = exugear.build(planar_box(held=held, driving=driving, bearings=PIN))
+    options = {"duration": 0.01, "progress": False, "checks": 0, "power": True}
+    run = exugear.run_up(built, speed=(50.0, 60.0), load=100.0, **options)
+    assert run.energy_balance().relative < 1e-8
+    assert {"planet 1 at 0 mm", "carrier at 0 mm"} <= set(run.data["bearing"].values.tolist())
+
+
+def test_pins_carry_the_load_of_the_carrier_and_the_centrifugal_force():
+    """Steady on constant stiffness: radially m W^2 (a + d), tangentially the load over N a; all torques balance."""
+    model = exugear.build(planar_box(law=waving_law(amplitude=0.0)))
+    data = exugear.run_up(model, speed=400.0, load=400.0, duration=0.01, progress=False, checks=0).data
+    force = data["bearing_force"].sel(bearing="planet 2 at 0 mm").isel(time=-1)
+    radial, tangential = (float(force.sel(direction=x)) for x in ("x", "y"))
+    d, a = -radial / 1e8, SUN_PAIR.a
+    assert radial == pytest.approx(-GEAR.mass * 100.0**2 * (a + d), rel=1e-3)
+    assert tangential == pytest.approx(-400.0 / (3 * a), rel=1e-3)
+    total = data["drive_torque"] + data["reaction_torque"] - data["load_torque"]
+    assert abs(float(total[0])) < 1e-10 * 400 and float(np.abs(total).max()) < 1e-4 * 400
+    assert float(np.abs(data["drive_torque"] - 100.0).max()) < 1e-4 * 100
+
+
+@pytest.mark.parametrize(("planets", "floating"), [(4, False), (4, True), (3, True)])
+def test_a_floating_sun_shares_the_load_of_a_displaced_pin(planets, floating):
+    """Fixed sun (1 + (N-1) X)/N and (1 - X)/N; floating (1 + (N-3) X)/N, so that three planets stay equal."""
+    bearing = exugear.Bearing(radial=1e5, axial=1e8, tilt=1e6) if floating else None
+    box = planar_box(bearing, waving_law(amplitude=0.0), planets=planets, pin_errors=[-20 * um] + [0.0] * (planets - 1))
+    data = exugear.run_up(exugear.build(box), speed=1.0, load=4000.0, duration=1e-4, progress=False, checks=0).data
+    forces = data["mesh_force"].values[:, 0].reshape(planets, 2).sum(axis=1)
+    cosine = cos(SUN_PAIR.alpha_wt)
+    x = 20 * um / (1 / (2 * 5e8 * cosine**2) + 1 / 1e8) / (forces.sum() * cosine)
+    shares = [1 - x] * planets if not floating else [1 - (planets - 3) * x] * planets
+    shares[0] = 1 + (planets - 3 if floating else planets - 1) * x
+    if floating and planets == 4:
+        shares[2] = shares[0]
+    assert forces / forces.sum() == pytest.approx(np.array(shares) / planets, abs=5e-4)
+
+
+def test_planar_sets_are_refused_where_they_are_not_built():
+    box = planar_box()
+    with ProcessPoolExecutor(1) as executor, pytest.raises(ValueError, match="executor: a set whose planets move"):
+        exugear.run_up(exugear.build(box), speed=50.0, load=100.0, duration=0.01, executor=executor)
+    with pytest.raises(ValueError, match=r"planets .* turn on ideal pins; give the set elastic ones"):
+        exugear.plan(planar_box(pin=None))
+    with pytest.raises(ValueError, match="not yet in space, but of shaft 'sun' its bearings do not lie symmetrically"):
+        sun = exugear.Shaft("sun", {0.0: GEAR, 10 * mm: PIN})
+        exugear.plan(planar_box(sun=sun))
+    with pytest.raises(ValueError, match="without planetary sets, whose steady states are not built yet"):
+        exugear.steady_states(exugear.build(box), speed=(50.0, 60.0), load=100.0)
+    with pytest.raises(ValueError, match="other coordinates than they need"):
+        exugear.build(box, plan=exugear.plan(box).with_bodies())
