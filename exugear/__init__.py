@@ -12,6 +12,7 @@ from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSuppor
 from exugear.gearbox.stage import Stage
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
+from exugear.load_factors.planet_shares import planet_shares
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
 from exugear.mesh_force.mesh_friction import MeshFriction
@@ -115,6 +116,7 @@ __all__ = [
     "peaks",
     "picture",
     "plan",
+    "planet_shares",
     "planetary_phases",
     "plots",
     "recorded_signal",

@@ -13,9 +13,9 @@ from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
-from exugear.multibody.exudyn_objects import INITIAL
+from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model
+from exugear.multibody.model import Mesh, Model, end_coordinate, held_by_joints, matrices_without_meshes
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
@@ -31,8 +31,6 @@ NO_EQUILIBRIUM = (
 )
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
-#: Solves after which the centrifugal forces of planets follow their displacements: each gains four digits or more.
-CENTRIFUGAL_SOLVES = 3
 #: Iterations for the phases of meshes, and their tolerance [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
@@ -70,8 +68,10 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        for _ in range(CENTRIFUGAL_SOLVES if model.pins else 1):
-            torques = _torques_at_start(model, conditions, considered * ratios, q)
+        torques = _torques_at_start(model, conditions, considered * ratios)
+        if model.gearbox.planets:
+            q = _shared_among_planets(model, q, conditions, torques)
+        with _centrifugal_forces(model, speed):
             q = _statically_solved(model, q, conditions, torques)
     system.SetODE2Coordinates(q, INITIAL)
     system.SetODE2Coordinates_t(speed * ratios + speed * _turned(model, q), INITIAL)
@@ -132,6 +132,43 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
     return q
 
 
+def _shared_among_planets(
+    model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]
+) -> np.ndarray:
+    """Coordinates in linear equilibrium near q: displaced pins shift load, which equal mesh forces leave out.
+
+    torques   inertia torques and drags [N m] on spins, by their indices
+
+    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again.
+    """
+    box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
+    forces = box.forces_under(conditions.initial_torques, 0.0, held=conditions.anchor)
+    secants = np.array([
+        force / _deflection(model, mesh, force, q) if force > 0 else 0.0
+        for force, mesh in zip(forces.tolist(), model.meshes, strict=True)
+    ])  # fmt: skip
+    loads = np.zeros(q.size)
+    for end in conditions.ends:
+        loads[model.turning[end.body]] += conditions.initial_torque(end)
+    for index, torque in torques.items():
+        loads[index] += torque
+    stiffness, reference = matrices_without_meshes(model)[1], np.array([m.reference_deflection for m in model.meshes])
+    standing = [end_coordinate(model, conditions.anchor), *held_by_joints(model)]
+    free = np.setdiff1d(np.arange(q.size), standing)
+    pressed = secants > 0
+    for _ in model.meshes:
+        springs = np.where(pressed, secants, 0.0)
+        total = stiffness + rows.T @ (springs[:, None] * rows)
+        residual = loads - stiffness @ q - rows.T @ (springs * (reference + rows @ q))
+        loaded = q.copy()
+        loaded[free] += np.linalg.lstsq(total[np.ix_(free, free)], residual[free])[0]
+        pulling = pressed & (reference + rows @ loaded < 0)
+        if not pulling.any():
+            return loaded
+        pressed &= ~pulling
+    return q
+
+
 def _twisted(shaft: Shaft, fixed: str, torques: Mapping[str, float]) -> dict[str, float]:
     """Angles [rad] of a shaft and of its rotors beside a fixed one of them, under torques about z [N m], by name.
 
@@ -183,18 +220,18 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
 
 
 def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
-    """Mesh force by a few units in the last place of the coordinates q, which is large after many turns [N]."""
+    """Mesh force by a few units in the last place of the coordinates q, which is large after many turns [N].
+
+    Of sets also by those of the positions of the planets: their solve starts so near that this is all that is left.
+    """
     largest = max(mesh.law.stiffness_max * np.abs(mesh.row).max() for mesh in model.meshes)
-    return ROUNDED_UNITS * float(largest * np.spacing(np.abs(q).max()))
+    positions = max(m.law.stiffness_max * np.spacing(abs(m.stage.pair.a)) for m in model.meshes)
+    by_positions = positions if model.gearbox.planets else 0.0
+    return ROUNDED_UNITS * float(max(largest * np.spacing(np.abs(q).max()), by_positions))
 
 
-def _torques_at_start(
-    model: Model, conditions: Conditions, accelerations: np.ndarray, q: np.ndarray
-) -> dict[int, float]:
+def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
     """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
-
-    Also the centrifugal forces [N] of planets on pins, displaced as at the coordinates q, by the indices of their
-    centres.
 
     A static solve, without velocities, leaves them out.
     """
@@ -205,14 +242,35 @@ def _torques_at_start(
         for rotor in shaft.rotors:
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
-    for pin in model.pins:
-        speed = conditions.initial_speed * model.gearbox.ratios[pin.carrier.name]
-        softening, centre = pin.planet.mass * speed**2, model.centre_of(pin.planet.name)
-        fast = f"planet {pin.planet.name!r} flies off its pin at {abs(speed) / rpm:.4g} rpm of the carrier"
+    return {spin: float(torque) for spin, torque in torques.items() if torque}
+
+
+@contextmanager
+def _centrifugal_forces(model: Model, speed: float) -> Iterator[None]:
+    """Apply the centrifugal forces of planets on pins at a speed of the driving shaft [rad/s]: m W^2 (rho + u)."""
+    mbs, objects, loads = model.mbs, [], []
+    for pin in model.pins if speed else ():
+        omega, node = speed * model.gearbox.ratios[pin.carrier.name], node_of(mbs, model.bodies[pin.planet.name])
+        softening = pin.planet.mass * omega**2
+        fast = f"planet {pin.planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
         holds = softening < 0.5 * float(pin.bearing.stiffness[0, 0])
         require(holds, f"{fast}; take a stiffer pin, or a lower speed")
-        torques |= dict(enumerate(softening * (pin.position + q[centre]), start=centre.start))
-    return {spin: float(torque) for spin, torque in torques.items() if torque}
+        matrix = np.diag([-softening, -softening, 0.0])
+        objects.append(mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix)))
+        for i in range(2):
+            marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=i))
+            loads.append(mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=softening * pin.position[i])))
+    try:
+        if objects:
+            mbs.Assemble()
+        yield
+    finally:
+        for load in reversed(loads):
+            mbs.DeleteLoad(load, suppressWarnings=True)
+        for number in reversed(objects):
+            mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
+        if objects:
+            mbs.Assemble()
 
 
 @contextmanager

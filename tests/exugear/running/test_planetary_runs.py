@@ -127,6 +127,9 @@ def test_a_floating_sun_shares_the_load_of_a_displaced_pin(planets, floating):
     if floating and planets == 4:
         shares[2] = shares[0]
     assert forces / forces.sum() == pytest.approx(np.array(shares) / planets, abs=5e-4)
+    table = exugear.planet_shares(data, member="ring")
+    assert float(table["K_gamma"]) == pytest.approx(max(shares), abs=3e-3)
+    assert float(np.abs(table["share"].sum("planet") - 1.0).max()) < 1e-12
 
 
 def test_planar_sets_are_refused_where_they_are_not_built():
