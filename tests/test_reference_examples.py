@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from skfem import ElementQuad1, ElementQuad2
 
-from fem import Density
-from fem.reference.dynamic import RunUp
+from fem import Density, dynamic
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 import korta_convergence
@@ -41,6 +40,6 @@ def test_quadratic_elements_give_the_converged_curve_on_a_coarse_mesh_and_linear
 
 
 def test_slow_gears_follow_the_statics(printed):
-    run = RunUp(start=-0.62, run_up=0.12, stop=0.5, steps=120)
+    run = dynamic.RunUp(start=-0.62, run_up=0.12, stop=0.5, steps=120)
     moving, standing = printed(korta_static_dynamic, DENSITY=COARSE, RUN=run)
     assert moving == pytest.approx(standing, rel=3e-3)

@@ -4,10 +4,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from exugear.gearbox.constant_loads import mesh_forces
-from exugear.multibody.drive_and_load import CONSTRAINT, applied, assemble_in_state
+from exugear.multibody.drive_and_load import applied, assemble_in_state, restored
 from exugear.multibody.equilibrium import solve_initial_equilibrium
-from exugear.multibody.exudyn_objects import CURRENT, INITIAL, quiet, set_state_of_system, state_of_system
-from exugear.multibody.gear_contact import state_of
+from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.model import Model, linearized
 from exugear.operation.conditions import conditions_at_rest
 from exugear.planning.mirrored_flanks import warn_of_mirrored
@@ -24,7 +23,7 @@ def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str =
     Yields the model with the rows of its present system. Raises ValueError for loads beyond the maps.
     """
     conditions = conditions_at_rest(model.gearbox, loads)
-    with quiet(), _restored(model):
+    with quiet(), restored(model):
         model = linearized(model, model.gearbox.driving.name)
         with applied(model, conditions):
             solve_initial_equilibrium(model, conditions)
@@ -34,25 +33,3 @@ def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str =
                 model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
                 assemble_in_state(model)
             yield model
-
-
-@contextmanager
-def _restored(model: Model) -> Iterator[None]:
-    """Restore coordinates, drive, load and the states of the contacts afterwards."""
-    mbs = model.mbs
-    contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
-    holding_forces = [float(contact.holding_force) for contact in contacts]
-    constraint = {name: mbs.GetObjectParameter(model.drive, name) for name in CONSTRAINT}
-    states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
-    try:
-        yield
-    finally:
-        for name, value in constraint.items():
-            mbs.SetObjectParameter(model.drive, name, value)
-        for name in ("load", "loadUserFunction"):
-            mbs.SetLoadParameter(model.load, name, load[name])
-        for contact, force in zip(contacts, holding_forces, strict=True):
-            contact.holding_force = force
-        mbs.Assemble()
-        for configuration, state in states.items():
-            set_state_of_system(mbs, state, configuration)

@@ -289,6 +289,28 @@ def assemble_in_state(model: Model) -> None:
         set_state_of_system(mbs, state._replace(multipliers=multipliers), configuration)
 
 
+@contextmanager
+def restored(model: Model) -> Iterator[None]:
+    """Restore coordinates, drive, load and holding forces of the contacts afterwards."""
+    mbs = model.mbs
+    contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
+    holding_forces = [float(contact.holding_force) for contact in contacts]
+    constraint = {name: mbs.GetObjectParameter(model.drive, name) for name in CONSTRAINT}
+    states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
+    try:
+        yield
+    finally:
+        for name, value in constraint.items():
+            mbs.SetObjectParameter(model.drive, name, value)
+        for name in ("load", "loadUserFunction"):
+            mbs.SetLoadParameter(model.load, name, load[name])
+        for contact, force in zip(contacts, holding_forces, strict=True):
+            contact.holding_force = force
+        mbs.Assemble()
+        for configuration, state in states.items():
+            set_state_of_system(mbs, state, configuration)
+
+
 def set_holding_forces(model: Model, torques: np.ndarray) -> None:
     """Mesh forces that balance torques about z (n_shaft,) [N m], by which contacts correct their damping."""
     for mesh in model.meshes:

@@ -142,7 +142,7 @@ def begin_solve(state, t):
     state.begin = min(state.begin, t)
 
 
-@compiled(forceinline=True)
+@compiled
 def push_in_step(law, state, motion, beside, offsets):
     """(`Motion` ahead, `Push` there, force for the integrator without that of a pulse [N], dissipated power [W])."""
     steps = state.steps

@@ -56,6 +56,7 @@ LOGARITHM_STEPS, SHORTEST = 30, 1e-13
 class LineContact(NamedTuple):
     """Contact of n slices, each with one line load.
 
+    number              (n,) tooth pairs of the slices
     compliance          (n, n) between the slices before they deflect [m/N]
     softening           (n, n) its change per transmission error [1/N], or (0, 0): none
     softest_te          transmission error up to which it changes [m]
@@ -65,6 +66,7 @@ class LineContact(NamedTuple):
     tilt                (n,) tilt over half of the width per difference of the displacements of these two
     """
 
+    number: np.ndarray
     compliance: np.ndarray
     softening: np.ndarray
     softest_te: float
@@ -78,13 +80,15 @@ class LineContact(NamedTuple):
 
 class LineLoads(NamedTuple):
     """Transmission errors (m,) [m] and tangent stiffnesses (m,) [N/m]; on the slices (m, n) forces, moments over half
-    of their widths, and largest line loads times their lengths [N]."""
+    of their widths, and largest line loads times their lengths [N]; transmission errors at which the slices touch under
+    the loads on the other tooth pairs (m, n) [m]."""
 
     te: np.ndarray
     stiffness: np.ndarray
     force: np.ndarray
     moment: np.ndarray
     largest: np.ndarray
+    touches: np.ndarray
 
 
 def compliance_at(
@@ -122,7 +126,7 @@ def line_contact(
     beside, tilt = _tilts(slices, face)
     approach = slices.closest.approach
     softened = compliance, softening, LARGEST_OVERLAP * m_n
-    return LineContact(*softened, slices.flattening, constant, approach, bend, beside, tilt)
+    return LineContact(slices.number, *softened, slices.flattening, constant, approach, bend, beside, tilt)
 
 
 def _tilts(slices: ContactSlices, face: Face) -> tuple[np.ndarray, np.ndarray]:
@@ -247,7 +251,8 @@ def _write_loads(contact, te, w, gap, loads, rest, rise, band):
 
 @unchecked
 def _equilibrium(contact, mesh_force, gap, touches):
-    """Transmission error and stiffness under a mesh force, and loads (3, n) as in `_write_loads`; gap (2, n).
+    """Transmission error and stiffness under a mesh force, loads (3, n) as in `_write_loads`, and (n,) displacements by
+    the loads on the other tooth pairs [m]; gap (2, n).
 
     With G = L L^T, minus the derivative of f + S^T m by w, and its derivative h by te, a Newton step of p is
 
@@ -269,7 +274,7 @@ def _equilibrium(contact, mesh_force, gap, touches):
         if change < CONVERGED * mesh_force and abs(total - mesh_force) < CONVERGED * mesh_force:
             for i in range(n):
                 loads[0, i], loads[1, i] = loads[0, i] * (mesh_force / total), loads[1, i] * (mesh_force / total)
-            return te, stiffness, loads
+            return te, stiffness, loads, _displaced_by_others(contact.number, compliance, p)
         if not stiffness_held > 0:
             te, p = least + 2 * (te - least), np.zeros((1, n))
             continue
@@ -299,6 +304,16 @@ def _equilibrium(contact, mesh_force, gap, touches):
 
 
 @unchecked
+def _displaced_by_others(number, compliance, p):
+    """(n,) displacements of slices by the loads p (1, n) on the slices of other tooth pairs [m]."""
+    displaced = np.zeros(number.size)
+    for i in range(number.size):
+        for j in range(number.size):
+            displaced[i] += compliance[i, j] * p[0, j] if number[j] != number[i] else 0.0
+    return displaced
+
+
+@unchecked
 def _yield_to(compliance, lower, rest, rising):
     """Replace loads x by x - L y with (1 + L^T C L) y = L^T C x: what is left of them as the slices yield."""
     n, columns = len(lower), small_systems.indices_of_true(lower[:, 0] > 0)
@@ -322,15 +337,17 @@ def solve_lines(contact, force, middle, slope, touches):
                                 the slices touch [m]
     """
     te, stiffness, loads = np.empty(force.size), np.empty(force.size), np.empty((3, *middle.shape))
-    gap = np.empty((2, middle.shape[1]))
+    gap, touches_loaded = np.empty((2, middle.shape[1])), np.empty(middle.shape)
     for k in range(force.size):
         for i in range(middle.shape[1]):
             gap[0, i], gap[1, i] = middle[k, i], slope[k, i]
-        te[k], stiffness[k], of_slices = _equilibrium(contact, force[k], gap, touches[k])
+        te[k], stiffness[k], of_slices, displaced = _equilibrium(contact, force[k], gap, touches[k])
         for a in range(3):
             for i in range(middle.shape[1]):
                 loads[a, k, i] = of_slices[a, i]
-    return te, stiffness, loads[0], loads[1], loads[2]
+        for i in range(middle.shape[1]):
+            touches_loaded[k, i] = touches[k, i] + displaced[i] / contact.approach[i]
+    return te, stiffness, loads[0], loads[1], loads[2], touches_loaded
 
 
 @unchecked

@@ -19,6 +19,7 @@ from fem.elasticity.face_symmetry import Face
 from fem.elasticity.flank_compliance import Compliance
 from fem.microgeometry.flank import lines_across
 from fem.pair.mesh_position import MeshPosition
+from fem.support.numba_cache import kept_unchecked
 from fem.units import mm
 
 #: Rounds of the search for the section that touches first, and number of sections in a round: steps shrink by 4.
@@ -69,8 +70,16 @@ class ToothContact:
 
     def strip_states(self, force: np.ndarray, misalignment: np.ndarray) -> list[State]:
         """The same under mesh forces (m,) and misalignments (m,), whose first guesses share their compliance."""
+        return self._strip_states(force, misalignment, *self._guess(force, misalignment))
+
+    def _guess(self, force: np.ndarray, misalignment: np.ndarray) -> tuple[ContactSlices, LineLoads]:
+        """Slices that may carry load, and line loads on them, from which strips begin."""
         with self._located(force, misalignment):
-            slices, loads = self._line_loads(force, misalignment, softens=False)
+            return self._line_loads(force, misalignment, softens=False)
+
+    def _strip_states(
+        self, force: np.ndarray, misalignment: np.ndarray, slices: ContactSlices, loads: LineLoads
+    ) -> list[State]:
         columns = force.tolist(), misalignment.tolist(), loads.te.tolist(), loads.force
         return [
             self._strip_state(load, tilt, State(te, slices, guess, guess, self.face))
@@ -154,7 +163,8 @@ class ToothContact:
         slices, loads = self.slice_loads(force, misalignment)
         pressure = hertz_pressure(slices, loads.largest)
         quantities = load_quantities(slices, loads.force, pressure, self.face, loads.moment, loads.largest)
-        return {"te": loads.te, "stiffness": loads.stiffness} | quantities._asdict()
+        overlap = self._overlap(slices, loads, loads.te)
+        return {"te": loads.te, "stiffness": loads.stiffness, "overlap": overlap} | quantities._asdict()
 
     def _line_loads(
         self, force: np.ndarray, misalignment: np.ndarray, *, softens: bool
@@ -171,7 +181,8 @@ class ToothContact:
         while True:
             near = within_reach(whole.number, touches <= unloaded[:, None] + reach)
             slices, te = whole.part(near), unloaded.copy()
-            loads = LineLoads(te, np.zeros(te.size), *np.zeros((3, te.size, near.size)))
+            stiffness, (of_slices, moment, largest) = np.zeros(te.size), np.zeros((3, te.size, near.size))
+            loads = LineLoads(te, stiffness, of_slices, moment, largest, np.ascontiguousarray(touches[:, near]))
             if loaded.any():
                 contact = line_contact(
                     slices, across.bend[near], self.bodies, self.face, force=force.max(), softens=softens
@@ -186,11 +197,20 @@ class ToothContact:
 
     def strip_quantities(self, force: np.ndarray, misalignment: np.ndarray) -> dict[str, np.ndarray]:
         """The same of `strip_states`."""
-        states = self.strip_states(force, misalignment)
+        slices, loads = self._guess(force, misalignment)
+        states = self._strip_states(force, misalignment, slices, loads)
         columns = zip(*(state.quantities for state in states), strict=True)
         quantities = dict(zip(LoadQuantities._fields, map(np.concatenate, columns), strict=True))
         te, stiffness = (np.array([getattr(state, name) for state in states]) for name in ("te", "stiffness"))
-        return {"te": te, "stiffness": stiffness} | quantities
+        return {"te": te, "stiffness": stiffness, "overlap": self._overlap(slices, loads, te)} | quantities
+
+    def _overlap(self, slices: ContactSlices, loads: LineLoads, te: np.ndarray) -> np.ndarray:
+        """(m, n_pair) largest overlap of the flanks of each tooth pair under the loads on the other ones [m].
+
+        It is > 0 where the tooth pair carries load; elsewhere it is minus its clearance, NaN beyond reach.
+        """
+        numbers = self.slicing.numbers
+        return overlaps_of(slices.number, numbers.start, len(numbers), te, loads.touches)
 
     def first_touch(self, misalignment: float) -> float:
         """Transmission error at which the first tooth pair touches without load [m], by a search across the face.
@@ -209,6 +229,16 @@ class ToothContact:
                 first = np.take_along_axis(shares, np.argmin(touches, axis=1)[:, None], axis=1)
                 shares, step = np.clip(first + step * np.linspace(-1, 1, AROUND), 0, 1), step * 2 / (AROUND - 1)
         return te
+
+
+@kept_unchecked
+def overlaps_of(number, first, pairs, te, touches):
+    """`ToothContact._overlap` of slices (n,) of tooth pairs from the first one on that touch at touches (m, n) [m]."""
+    overlap = np.full((te.size, pairs), np.nan)
+    for k in range(te.size):
+        for i in range(number.size):
+            overlap[k, number[i] - first] = np.fmax(overlap[k, number[i] - first], te[k] - touches[k, i])
+    return overlap
 
 
 def _range(values: np.ndarray) -> str:

@@ -5,11 +5,12 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from math import ceil, floor, inf, sqrt
+from math import ceil, floor, inf, nan, sqrt
 
 import numpy as np
 import xarray as xr
 
+from fem.contact.mesh_geometry import pair_geometry
 from fem.contact.resolution import Discretization, Slices
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliances
@@ -19,11 +20,14 @@ from fem.microgeometry.flank import removed
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PAIR, PHASE
+from fem.ste.contact_ratio import SECTIONS, RigidFlanks, loaded_pitches
+from fem.ste.ste_map import LARGEST_GAP, LOAD_SHARE, OFFSETS, PAIR, PHASE, ROUNDING, TE, largest_gap
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
 
-FORCE = "force"
+FORCE, OVERLAP = "force", "overlap"
+#: Variables of each tooth pair, and their values where it is out of reach.
+OF_TOOTH_PAIRS = {LOAD_SHARE: 0.0, OVERLAP: nan}
 #: Toothed pitches modelled behind the loaded tooth; further ones change te by less than 0.1 %.
 TOOTHED_PITCHES_BEHIND = 1
 #: Slices over the whole face width where neither gap nor lines of contact vary across it.
@@ -59,20 +63,24 @@ def sweep(
     forces: np.ndarray,
     phase: np.ndarray,
     *,
+    pitches: int = 1,
     executor: Executor | None = None,
     what: str = "transmission error",
 ) -> xr.Dataset:
-    """`STATE_VARIABLES` of a map over (force, *OFFSETS, phase); load shares also over pair.
+    """`STATE_VARIABLES` of a map over (force, *OFFSETS, phase), load shares also over pair, and contact ratios.
+
+    Contact ratios are NaN without load, and where the phases leave a gap of more than a third of a pitch.
 
     forces      (n_force,) mesh forces >= 0 [N]
     phase       (n_phase,) positions in the mesh cycle
+    pitches     number of pitches over which they run
     what        name of the solved quantity in the progress bar
 
     Raises RuntimeError where a contact does not converge.
     """
     bodies, slices = compliances_of(model.pair, model.offsets, model.resolution)
-    axes = product(model.offsets["a"], model.offsets["axial"], phase)
-    positions = [MeshPosition(model.pair, a, axial, at) for a, axial, at in axes]
+    grid = product(model.offsets["a"], model.offsets["axial"], phase)
+    positions = [MeshPosition(model.pair, a, axial, at) for a, axial, at in grid]
     numbers = {number for position in positions for number in position.numbers()}
     pairs = range(min(numbers), max(numbers) + 1)
     solve = partial(_states_at, bodies, slices, model, forces, pairs)
@@ -81,19 +89,44 @@ def sweep(
     columns: Iterable[dict[str, np.ndarray]] = spread(solve, positions)
     states = forces.size * phase.size * model.states_per_phase
     solved = list(bar(columns, f"{what}: {states} states", np.ones(len(positions))))
-    return _labelled(solved, {FORCE: forces, **model.offsets, PHASE: phase, PAIR: pairs})
+    axes = {FORCE: forces, **model.offsets, PHASE: phase, PAIR: pairs}
+    variables = _variables(solved, axes)
+    (_, te), (_, overlap) = variables[TE], variables.pop(OVERLAP)
+    ratio = _contact_ratio(model, phase, pitches, pairs.start, te, overlap)
+    unknown = (forces == 0)[:, None, None, None] | (largest_gap(np.sort(phase), pitches) > LARGEST_GAP + ROUNDING)
+    variables["contact_ratio"] = ["a", "axial", FORCE, *ANGLES], np.where(unknown, nan, ratio)
+    return xr.Dataset(variables, axes).transpose(FORCE, *OFFSETS, PHASE, PAIR)
 
 
-def _labelled(columns: list[dict[str, np.ndarray]], axes: dict) -> xr.Dataset:
-    """Variables over (force, *OFFSETS, phase) of the columns of all positions, in the order of a, axial and phase."""
+def _variables(columns: list[dict[str, np.ndarray]], axes: dict) -> dict[str, tuple[list[str], np.ndarray]]:
+    """Dimensions and values of variables, of the columns of all positions in the order of a, axial and phase."""
     dims = ["a", "axial", PHASE, FORCE, *ANGLES]
     shape = [len(axes[name]) for name in dims]
     variables = {}
     for name in columns[0]:
-        further = [PAIR] if name == LOAD_SHARE else []
+        further = [PAIR] if name in OF_TOOTH_PAIRS else []
         values = np.stack([column[name] for column in columns])
         variables[name] = dims + further, values.reshape(shape + [len(axes[name]) for name in further])
-    return xr.Dataset(variables, axes).transpose(FORCE, *OFFSETS, PHASE, PAIR)
+    return variables
+
+
+def _contact_ratio(
+    model: ContactModel, phase: np.ndarray, pitches: int, first: int, te: np.ndarray, overlap: np.ndarray
+) -> np.ndarray:
+    """(n_a, n_axial, n_force, *angles) contact ratios from te (n_a, n_axial, n_phase, n_force, *angles) [m] and from
+    overlaps [m], also over the tooth pairs from the first one on."""
+    ratio, order = np.empty(te[:, :, 0].shape), np.argsort(phase)
+    sections = SECTIONS if width_variation(model.pair, model.offsets)[0] else 1
+    by_strips = not isinstance(model.resolution, Slices)
+    for i, j in np.ndindex(te.shape[:2]):
+        position = MeshPosition(model.pair, float(model.offsets["a"][i]), float(model.offsets["axial"][j]), 0.0)
+        flanks = RigidFlanks(pair_geometry(position), np.linspace(*position.face, sections), about_te=by_strips)
+        misalignment = np.broadcast_to(model.misalignment(position.alpha), ratio.shape[2:]).ravel()
+        over_phase = te[i, j, order].reshape(phase.size, -1).T
+        of_pairs = overlap[i, j, order].reshape(phase.size, misalignment.size, -1).transpose(1, 2, 0)
+        loaded = loaded_pitches(flanks, misalignment, phase[order], pitches, first, over_phase, of_pairs)
+        ratio[i, j] = loaded.reshape(ratio.shape[2:])
+    return ratio
 
 
 def _states_at(
@@ -111,10 +144,11 @@ def _states_at(
         contact = ToothContact(position, *bodies, slices)
         solve = contact.slice_quantities if isinstance(model.resolution, Slices) else contact.strip_quantities
         states = solve(force.ravel(), angle.ravel())
-    shares = np.zeros((force.size, len(pairs)))
     first = position.numbers().start - pairs[0]
-    shares[:, first : first + len(position.numbers())] = states[LOAD_SHARE]
-    states[LOAD_SHARE] = shares
+    for name, out_of_reach in OF_TOOTH_PAIRS.items():
+        values = np.full((force.size, len(pairs)), out_of_reach)
+        values[:, first : first + len(position.numbers())] = states[name]
+        states[name] = values
     return {name: values.reshape(force.shape + values.shape[1:]) for name, values in states.items()}
 
 

@@ -8,6 +8,7 @@ solved once.
 from concurrent.futures import Executor
 from dataclasses import replace
 from enum import Enum
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -16,7 +17,7 @@ from fem.microgeometry.flank import pitch_deviations
 from fem.pair.mirror_image import mirror_image
 from fem.ste.map_sides import halves_alike
 from fem.ste.map_solver import FORCE, ContactModel, sweep
-from fem.ste.ste_map import CENTROID, OFFSETS, PAIR, PHASE, ROUNDING, TE, UNLOADED_RIGHT
+from fem.ste.ste_map import CENTROID, OFFSETS, PAIR, PHASE, ROUNDING, TE, UNLOADED_RIGHT, number_of_pitches
 
 F_SIGMA_BETA = "f_sigma_beta"
 
@@ -61,17 +62,18 @@ def sweep_both_sides(
     Where the forces are 0 and < 0 too, te_unloaded_right over (*OFFSETS, phase) is the transmission error of the right
     flanks without load.
     """
+    solve = partial(sweep, pitches=number_of_pitches(phase), executor=executor)
     if forces[0] >= 0:
-        return sweep(model, forces, phase, executor=executor)
+        return solve(model, forces, phase)
     left, right = forces[forces >= 0], np.abs(forces[forces <= 0])[::-1]
     order = shared_phases(model, phase)
     if order is not None:
-        solved = sweep(model, np.union1d(left, right), phase, executor=executor)
+        solved = solve(model, np.union1d(left, right), phase)
         mirrored = _mirrored(solved.sel({FORCE: right}).isel({PHASE: order}), symmetry_of(model))
         left_states = [solved.sel({FORCE: left})] if left.size else []
     else:
-        left_states = [sweep(model, left, phase, executor=executor)] if left.size else []
-        mirrored = sweep(mirrored_model(model), right, model.pair.back_phase - phase, executor=executor)
+        left_states = [solve(model, left, phase)] if left.size else []
+        mirrored = solve(mirrored_model(model), right, model.pair.back_phase - phase)
     states = _of_the_pair(mirrored, phase)
     unloaded = states[TE].sel({FORCE: 0.0}, drop=True) if 0.0 in right else None
     states = states.sel({FORCE: forces[forces < 0]})

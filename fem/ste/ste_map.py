@@ -164,6 +164,11 @@ def _check_unloaded_right(data: xr.Dataset) -> None:
     require_finite(UNLOADED_RIGHT, data[UNLOADED_RIGHT].values, "solve torque 0 of the right flanks")
 
 
+def number_of_pitches(phase: np.ndarray) -> int:
+    """Number of pitches over which phases (n,) run."""
+    return floor(phase[-1]) + 1
+
+
 def largest_gap(phase: np.ndarray, pitches: float = 1) -> float:
     """Largest distance between neighbouring phases (n,) [pitches]; the cycle begins anew after the last."""
     return float(np.diff(phase, append=phase[0] + pitches).max())
@@ -187,7 +192,7 @@ def check_whole_cycle(data: xr.Dataset) -> xr.Dataset:
     Data that were made with a larger gap keep it.
     """
     phase = data[PHASE].values
-    gap = largest_gap(phase, data.attrs.get("pitches", floor(phase[-1]) + 1))
+    gap = largest_gap(phase, data.attrs.get("pitches", number_of_pitches(phase)))
     allowed = max(LARGEST_GAP, data.attrs.get(PHASE_GAP, 0.0))
     cycle = f"phase must cover the mesh cycle, but a gap of {gap:.3g} pitches is left between its {phase.size} values"
     remedy = "keep all phases of the map, or make it again with the phases you need"

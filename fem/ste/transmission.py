@@ -2,7 +2,6 @@
 
 from concurrent.futures import Executor
 from dataclasses import replace
-from math import floor
 from typing import Annotated
 
 import numpy as np
@@ -28,6 +27,7 @@ from fem.ste.ste_map import (
     TE,
     TORQUE,
     description,
+    number_of_pitches,
     pair_attributes,
     ste_map,
 )
@@ -82,7 +82,8 @@ def static_transmission_error(
     tip_contact         share of the load where the contact reaches a tip edge
     load_share          share of the load on each tooth pair; over pair too
     pairs_in_contact    number of tooth pairs in contact
-    contact_ratio       pitches over which a tooth pair carries load, over (torque, *offsets); at 0 N m the nominal one
+    contact_ratio       pitches over which a tooth pair carries load, over (torque, *offsets), continuous between the
+                        phases; at 0 N m the nominal one, NaN where phases leave a gap of more than a third of a pitch
     error_mesh, error_phase, error_torque
                         with an accuracy, over torque: root mean square errors [m] by the mesh and by interpolation over
                         phase and torque
@@ -145,53 +146,23 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
     fixed = [name for name in OFFSETS if name not in offset_axes]
     states = states.rename({FORCE: TORQUE}).isel(dict.fromkeys(fixed, 0), drop=True)
     axes = {name: model.offsets[name] for name in OFFSETS if name in offset_axes}
-    pitches = floor(grid.phase[-1]) + 1
-    attributes = {"resolution": exact(grid.resolution), "pitches": pitches}
+    attributes = {"resolution": exact(grid.resolution), "pitches": number_of_pitches(grid.phase)}
     attributes |= {name: float(model.offsets[name][0]) for name in fixed if name != "a"}
     if grid.torque[0] < 0:
         attributes[RIGHT_FLANKS] = MIRRORED if symmetry_of(model) is Symmetry.TURNED else SOLVED
     data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)
     variables = {str(name): values for name, values in states.data_vars.items() if name != TE}
-    variables |= _load_sharing(states[LOAD_SHARE], grid.phase, pitches)
+    variables |= _load_sharing(states[LOAD_SHARE])
     variables["contact_ratio"] = _nominal_without_load(variables["contact_ratio"], model, grid.torque)
     described = {name: (values.dims, values.values, description(name)) for name, values in variables.items()}
     return data.assign(described).assign_coords(pair=(PAIR, variables[LOAD_SHARE][PAIR].values, description(PAIR)))
 
 
-def _load_sharing(share: xr.DataArray, phase: np.ndarray, pitches: int) -> dict[str, xr.DataArray]:
-    """Load shares of the tooth pairs that carry load at any phase, number that carry load, and contact ratio."""
+def _load_sharing(share: xr.DataArray) -> dict[str, xr.DataArray]:
+    """Load shares of the tooth pairs that carry load at any phase, and number of those that carry load."""
     loaded = (share > 0).any([name for name in share.dims if name != PAIR])
     share = share.isel(pair=np.flatnonzero(loaded))
-    count = (share > 0).sum(PAIR)
-    ratio = loaded_pitches(share.transpose(..., PAIR, PHASE).values, phase, pitches)
-    contact_ratio = count.isel(phase=0, drop=True).copy(data=ratio)
-    return {LOAD_SHARE: share, "pairs_in_contact": count, "contact_ratio": contact_ratio}
-
-
-def loaded_pitches(share: np.ndarray, phase: np.ndarray, pitches: int) -> np.ndarray:
-    """(...) pitches over which a tooth pair carries load, from load shares (..., n_pair, n_phase) of pairs in a row.
-
-    As a pair leaves contact, or comes into it, its share is continued linearly to 0, at most up to the phase where it
-    carries none.
-    """
-    *over, number, _ = share.shape
-    share = np.concatenate([share, np.zeros((*over, -number % pitches, phase.size))], axis=-2)
-    rows = share.reshape(*over, -1, pitches, phase.size)  # after all pitches of the map, a pair is the one ahead
-    passing = np.moveaxis(rows, -3, -2).reshape(*over, pitches, -1)
-    path = (pitches * np.arange(rows.shape[-3])[:, None] + phase).ravel()
-    loaded = passing > 0
-    inside = (loaded[..., 1:] & loaded[..., :-1]) @ np.diff(path)
-    ends = _beyond_last(passing, path) + _beyond_last(passing[..., ::-1], -path[::-1])
-    return (inside + ends).sum(axis=-1) / pitches
-
-
-def _beyond_last(share: np.ndarray, path: np.ndarray) -> np.ndarray:
-    """(...) lengths beyond the last positions of path (n,) with a share (..., n) before one without."""
-    step = np.diff(path)
-    last, behind = share[..., :-1], np.concatenate([np.zeros_like(share[..., :1]), share[..., :-2]], axis=-1)
-    leaving, falling = (last > 0) & (share[..., 1:] == 0), behind > last
-    slope = np.where(falling, behind - last, 1.0) / np.append(1.0, step[:-1])
-    return np.where(leaving, np.where(falling, np.minimum(last / slope, step), step / 2), 0.0).sum(axis=-1)
+    return {LOAD_SHARE: share, "pairs_in_contact": (share > 0).sum(PAIR)}
 
 
 def _nominal_without_load(contact_ratio: xr.DataArray, model: ContactModel, torque: np.ndarray) -> xr.DataArray:

@@ -8,7 +8,6 @@ from skfem import ElementQuad1
 import fem
 from fem import Density, explicit
 from fem.reference.dynamic import Motion, Newmark, RunUp, transmission_error
-from fem.reference.explicit import CentralDifferences
 from fem.reference.nonlinear import equilibrium, static_problem
 from fem.units import rpm
 
@@ -38,7 +37,7 @@ def test_slow_gears_pass_through_static_equilibria(paper_pair, short):
 @pytest.mark.slow
 def test_gears_at_speed_vibrate_as_by_explicit_integration(paper_pair, measured):
     """Both methods treat the wheel's hub differently: eliminated from the Newton step, and by its torques."""
-    run, scheme = RunUp(300 * rpm, 0.0, 0.3, 0.1, steps=1200), CentralDifferences(4e-8)
+    run, scheme = RunUp(300 * rpm, 0.0, 0.3, 0.1, steps=1200), explicit.CentralDifferences(4e-8)
     implicit = transmission_error(paper_pair, 150, run, density=TINY, progress=False)
     expected = explicit.transmission_error(paper_pair, 150, run, scheme, density=TINY, progress=False)
     te = implicit["te"].values

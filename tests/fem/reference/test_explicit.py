@@ -9,8 +9,7 @@ from paper_gears import few_teeth, paper_pair
 from skfem import ElementQuad1
 
 import fem
-from fem import Density
-from fem.reference.dynamic import RunUp
+from fem import Density, dynamic
 from fem.reference.explicit import CentralDifferences, rotor, stiffness_bound, transmission_error
 from fem.reference.nonlinear import equilibrium, newton_step, static_problem
 from fem.reference.penalty_contact import (
@@ -98,13 +97,13 @@ def test_stable_steps_add_no_mass_and_longer_steps_do(relieved):
 
 def test_reliefs_add_no_small_elements_that_would_need_more_mass(short):
     relieved = replace(paper_pair().pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),))
-    pair, run = fem.GearPair(relieved, relieved, a=150 * mm), RunUp(20 * rpm, 0.02, 0.03, 0.001, steps=200)
+    pair, run = fem.GearPair(relieved, relieved, a=150 * mm), dynamic.RunUp(20 * rpm, 0.02, 0.03, 0.001, steps=200)
     result = transmission_error(pair, 150, run, CentralDifferences(1e-6), density=COARSE, progress=False)
     assert result.attrs["added_mass"] == pytest.approx(short.attrs["added_mass"], rel=1e-9)
 
 
 def run_at(speed: float, start: float, stop: float, run_up: float = 0.06, steps: int = 200, **options):
-    run = RunUp(speed, start, stop, run_up, steps=steps)
+    run = dynamic.RunUp(speed, start, stop, run_up, steps=steps)
     return transmission_error(paper_pair(), 150, run, CentralDifferences(**options), density=COARSE, progress=False)
 
 
@@ -146,7 +145,7 @@ def test_energy_is_conserved(short, rubbing):
 
 def test_energy_is_balanced_with_damping():
     """Damping acts relative to steady rotation; the wheel turns more slowly while the teeth deflect."""
-    run = RunUp(20 * rpm, 0.02, 0.14, 0.06, steps=200, damping=5000.0)
+    run = dynamic.RunUp(20 * rpm, 0.02, 0.14, 0.06, steps=200, damping=5000.0)
     result = transmission_error(paper_pair(), 150, run, CentralDifferences(1e-6), density=COARSE, progress=False)
     stored = result["energy"].values.sum(axis=1).max()
     assert np.abs(energy_error(result)).max() < 2e-3 * stored
@@ -155,7 +154,7 @@ def test_energy_is_balanced_with_damping():
 
 def test_gears_that_separate_by_more_than_their_backlash_are_refused():
     gear = fem.Gear(z=30, m_n=2 * mm, b=10 * mm, d_bore=30 * mm)
-    run = RunUp(1000 * rpm, -0.3, 0.3, 0.1)
+    run = dynamic.RunUp(1000 * rpm, -0.3, 0.3, 0.1)
     with pytest.raises(RuntimeError, match=r"have parted by .* their backlash is .*: take a longer run_up"):
         transmission_error(fem.GearPair(gear, gear), 5, run, CentralDifferences(1e-6), density=COARSE, progress=False)
 

@@ -11,12 +11,12 @@ from compliance_products import elastic_body
 from contacts import contact_of, position_of, strips_in_contact
 from helical_gears import helical
 from line_contact import modulus
-from paper_gears import few_teeth, paper_gear
+from paper_gears import paper_gear
 
 import fem
 from fem import Density
 from fem.contact.strip_bounds import strips_of
-from fem.units import deg, mm, um
+from fem.units import mm, um
 
 
 def mean_and_peak_to_peak(ste, torque):
@@ -141,41 +141,6 @@ def test_share_of_the_cycle_with_one_pair_alone(paper_pair, torque, alone, measu
     assert ste["load_share"].sum("pair").values == pytest.approx(1)
     assert ste["load_share"].values.min() >= 0
     assert (ste["centroid"] == 0).all()
-
-
-def test_contact_ratio_under_load(paper_pair):
-    """Nearly the nominal one under a light load, then more; independent of how the phases are spaced."""
-    uneven = np.append(np.linspace(0, 0.3, 100), np.linspace(0.31, 0.99, 69))
-    even, unevenly_spaced = [
-        fem.static_transmission_error(paper_pair, [0.01, 350], phases, progress=False)["contact_ratio"].values
-        for phases in (200, uneven)
-    ]
-    assert even[0] == pytest.approx(paper_pair.eps_alpha, abs=0.01)
-    assert even[1] == pytest.approx(2 - 0.200, abs=0.01)
-    assert unevenly_spaced == pytest.approx(even, abs=0.01)
-
-
-def test_contact_ratio_between_the_phases_grows_with_the_load(paper_pair):
-    """A count of 30 phases knows steps of 1/30 only, and is 0.017 off."""
-    torque, options = np.linspace(20, 400, 20), {"resolution": fem.Slices(), "progress": False}
-    few, many = (
-        fem.static_transmission_error(paper_pair, torque, n, **options)["contact_ratio"].values for n in (30, 360)
-    )
-    assert np.abs(few - many).mean() < 0.01
-    assert np.abs(few - many).max() < 1 / 30
-    assert (np.diff(few) >= 0).all() and np.unique(few.round(6)).size > 12
-
-
-def test_contact_ratio_without_load_is_the_nominal_one_at_each_centre_distance(paper_pair):
-    apart = (paper_pair.a, paper_pair.a + 0.3 * mm)
-    options = {"resolution": fem.Slices(), "progress": False}
-    ste = fem.static_transmission_error(paper_pair, [0, 150], 12, offsets=fem.Offsets(a=apart), **options)
-    nominal = [replace(paper_pair, a=a).eps_gamma for a in apart]
-    assert ste["contact_ratio"].dims == ("torque", "a")
-    assert ste["contact_ratio"].sel(torque=0).values == pytest.approx(nominal, rel=1e-12)
-    helical = fem.GearPair(few_teeth(beta=15 * deg), few_teeth(beta=-15 * deg))
-    (unloaded,) = fem.static_transmission_error(helical, 0, 6, **options)["contact_ratio"].values
-    assert unloaded == pytest.approx(helical.eps_alpha + helical.eps_beta)
 
 
 def test_misaligned_force_moves_to_the_closed_side(paper_pair):
