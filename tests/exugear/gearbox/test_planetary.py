@@ -166,3 +166,21 @@ def test_sets_and_stages_share_a_gearbox():
     assert (box.driving.name, box.driven.name) == ("sun", "last")
     assert min(box.static_forces(10.0)) > 0
     assert box.inertias["middle"] == pytest.approx(0.02 + 3 * GEAR.mass * SUN_PAIR.a**2)
+
+
+def test_a_stage_refuses_a_shaft_without_its_gear():
+    """A carrier may be a shaft without gears; a pinion or a wheel may not."""
+    bare = exugear.Shaft("bare", {}, inertia=0.02, mass=5.0)
+    with pytest.raises(ValueError, match="shaft 'bare' carries no gear; add the pair's wheel to its parts"):
+        exugear.Stage(exugear.Shaft("fast", {0.0: GEAR}), bare, waving_law(), pair=SUN_PAIR)
+
+
+def test_stages_on_a_carrier_by_hand_are_those_of_the_set():
+    """The closed form of a set, written mesh by mesh."""
+    gears, hand = planetary(), []
+    for stage in gears.stages:
+        place = {"angle": stage.angle, "carrier": gears.carrier}
+        hand.append(exugear.Stage(stage.fast, stage.slow, waving_law(), pair=stage.pair, **place))
+    by_hand, box = exugear.Gearbox(hand, held="ring"), exugear.Gearbox([gears], held="ring")
+    assert (by_hand.ratios, by_hand.flank_senses) == (box.ratios, box.flank_senses)
+    assert by_hand.phases == pytest.approx(box.phases)
