@@ -189,10 +189,7 @@ def _linear_system(
         coordinates = mbs.systemData.GetObjectLTGODE2(number)
         row[coordinates] = mesh.row
         in_meshes.append(ElasticElement(labels[number], "mesh", embedded(mesh.matrix, coordinates, n)))
-    known = np.array(stiffness)
-    for coordinate in held:
-        known[coordinate], known[:, coordinate] = 0.0, 0.0
-    elements = [*in_meshes, *elements, *_unaccounted(known, elements)]
+    elements = [*in_meshes, *elements, *_unaccounted(np.array(stiffness), elements, held)]
     elements = [element._replace(stiffness=(element.stiffness + element.stiffness.T) / 2) for element in elements]
     total = np.sum([element.stiffness for element in elements], axis=0)
     further = [measured_rows(element.stiffness) for element in elements[len(labels) :]]
@@ -202,8 +199,15 @@ def _linear_system(
     return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows, rigid)
 
 
-def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:
-    """An element for the stiffness without meshes (n, n) that no other element accounts for, if there is any."""
+def _unaccounted(
+    stiffness: np.ndarray, elements: Sequence[ElasticElement], held: Sequence[int]
+) -> Iterator[ElasticElement]:
+    """An element for the stiffness without meshes (n, n) that no other element accounts for, if there is any.
+
+    held   indices of coordinates that stand, by whatever stiffness
+    """
     rest = stiffness - sum((element.stiffness for element in elements), np.zeros_like(stiffness))
+    for coordinate in held:
+        rest[coordinate], rest[:, coordinate] = 0.0, 0.0
     if np.abs(rest).max(initial=0.0) > UNACCOUNTED * np.abs(stiffness).max(initial=0.0):
         yield ElasticElement("further", "further", rest)

@@ -62,8 +62,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
-        rigid = name in gearbox.carriers_of_pins
-        add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name], rigid=rigid)
+        add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
     for shaft in gearbox.shafts:
         add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
     contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
@@ -226,18 +225,14 @@ def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int]) -> Pin
     return pin
 
 
-def add_hold(mbs, body: int, inertia: float, coordinates: Coordinates, *, rigid: bool) -> None:
-    """Hold the spin of a body [kg m^2].
+def add_hold(mbs, body: int, inertia: float, coordinates: Coordinates) -> None:
+    """Hold the spin of a body [kg m^2] by a spring to ground.
 
-    rigid   by a constraint: pins push on the coordinate of a held carrier. Else by a spring to ground: the contacts see
-            a held body at rest and exert nothing on its coordinate (`hold_members`), so that the spring never carries a
-            torque; static solves need it for a regular matrix
+    Contacts and pins see a held body at rest and exert nothing on its coordinate (`hold_members`), so that the spring
+    never carries a torque: static solves need it for a regular matrix.
     """
     markers = [_ground_marker(mbs), spin_marker(mbs, body, coordinates.spin_index)]
-    if rigid:
-        mbs.AddObject(eii.CoordinateConstraint(markerNumbers=markers))
-    else:
-        mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=HELD_OMEGA**2 * inertia))
+    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=HELD_OMEGA**2 * inertia))
 
 
 def add_torque_supports(mbs, body: int, shaft: Shaft, coordinates: Coordinates) -> None:

@@ -76,9 +76,8 @@ class DriveAndLoad:
     def __post_init__(self):
         held = self.held
         braked = held is not None and held.coupling is None and bool(held.drags)
-        carries = held is not None and held.name in self.model.gearbox.carriers_of_pins
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
-        self.constrained = braked or carries or added or self._observed()
+        self.constrained = braked or added or self._observed()
 
     def _observed(self) -> bool:
         """Whether sensors of the user measure constraint or load."""
@@ -163,7 +162,7 @@ class DriveAndLoad:
     def _impose_as_function_of_time(self, held: Shaft) -> None:
         """Let the coupling of the held rotor, or the contacts of the held shaft, evaluate the imposed motion.
 
-        The first of the contacts accelerates the coordinate of the shaft.
+        The first of the contacts accelerates the coordinate of the shaft, of a carrier the first of its pins.
         """
         model, mbs, conditions = self.model, self.model.mbs, self.conditions
         knots, coefficients = conditions.speed_of.angle_pieces
@@ -175,11 +174,13 @@ class DriveAndLoad:
             nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
             _add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
             return
-        inertia = model.gearbox.body_inertias[held.name]
+        inertia, on_pins = model.gearbox.body_inertias[held.name], held.name in model.gearbox.carriers_of_pins
+        for record in [pin.record for pin in model.pins if pin.carrier.name == held.name]:
+            record.imposed, record.inertia, inertia = address_of(motion), inertia, 0.0
         for mesh in model.meshes:
             state = state_of(mbs, mesh.contact)
             for side, shaft in enumerate(mesh.stage.shafts):
-                if shaft.name == held.name:
+                if shaft.name == held.name and not on_pins:
                     state.imposed[side], state.inertias[side], inertia = address_of(motion), inertia, 0.0
 
     def _set_spring(self, held: Shaft, active: bool) -> None:
@@ -197,9 +198,11 @@ class DriveAndLoad:
         """Apply a constant torque on a shaft by a contact of the shaft, others by their tables."""
         for end in self.conditions.ends:
             table = self.conditions.tables[end.name]
-            carries = end.shaft in self.model.gearbox.carriers_of_pins
-            if end.body in self.model.rotor_spins or carries or not table.constant:
+            if end.body in self.model.rotor_spins or not table.constant:
                 self._add_torque(end, table, self.conditions.initial_torque(end))
+                continue
+            if pin := next((pin for pin in self.model.pins if pin.carrier.name == end.shaft), None):
+                pin.record.torque = self._constant_torque(end)
                 continue
             mesh, side = next(
                 (mesh, side)

@@ -233,15 +233,20 @@ def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
 def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
     """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
 
+    Also the inertia forces [N] of planets on pins, by the indices of their centres.
+
     A static solve, without velocities, leaves them out.
     """
     torques: dict[int, float] = {}
     for shaft, drag in zip(model.gearbox.shafts, conditions.initial_drags, strict=True):
         spin = model.spins[shaft.name]
-        torques[spin] = drag - model.gearbox.inertias[shaft.name] * accelerations[spin]
+        torques[spin] = drag - model.gearbox.body_inertias[shaft.name] * accelerations[spin]
         for rotor in shaft.rotors:
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
+    for pin in model.pins:
+        centre = model.centre_of(pin.planet.name)
+        torques |= dict(enumerate(-pin.planet.mass * accelerations[centre], start=centre.start))
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 

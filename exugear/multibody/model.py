@@ -185,13 +185,19 @@ def further_loads(model: BuiltSystem) -> range:
 
 
 def hold_members(system: BuiltSystem) -> None:
-    """Let the contacts of held shafts see them at rest, and keep the torques of the meshes from their coordinates."""
+    """Let the contacts and pins of held shafts see them at rest, and keep their torques from the coordinates.
+
+    Pins of other shafts forget what a run has imposed.
+    """
     motion, _ = system.mbs.variables[REST]
     for mesh in system.contacts:
         state = state_of(system.mbs, mesh.contact)
         for side, shaft in enumerate(mesh.stage.shafts):
             if shaft.name in system.gearbox.held:
                 state.imposed[side], state.inertias[side] = address_of(motion), 0.0
+    for pin in system.pins:
+        pin.record.torque, pin.record.inertia = 0.0, 0.0
+        pin.record.imposed = address_of(motion) if pin.carrier.name in system.gearbox.held else 0
 
 
 def end_coordinate(system: BuiltSystem, name: str) -> int:

@@ -17,13 +17,19 @@ import numpy as np
 from exugear.contact.recorder import HEADER, SAME, header_at, sample_of, store
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.shaft import Shaft
-from exugear.mesh_force.kernel_records import address_of, reader, record_of, record_type
+from exugear.mesh_force.kernel_records import address_of, reader, record_type
 from exugear.multibody.direct_call import direct
+from exugear.multibody.imposed_motion import spin_of
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
-#: Position of the pin on its carrier [m], stiffness [N/m] and damping [N s/m].
-PIN = record_type(("x", "f8"), ("y", "f8"), ("stiffness", "f8"), ("damping", "f8"))
+#: Position of the pin on its carrier [m], stiffness [N/m] and damping [N s/m]. Of the carrier: a constant torque about
+#: z that acts beside the pin [N m]; inertia that the pin itself accelerates as imposed [kg m^2]; address of the imposed
+#: motion (`exugear.multibody.imposed_motion`), 0 without.
+PIN = record_type(
+    *((name, "f8") for name in ("x", "y", "stiffness", "damping", "torque", "inertia")),
+    ("imposed", "i8"),
+)
 pin_at = reader(PIN)
 #: Along and across the pin's radius, in the carrier's frame: deflection [m], its rate [m/s]; spin [rad] and speed
 #: [rad/s] of the carrier. Displacement [m] and velocity [m/s] of the carrier's centre along x and y.
@@ -60,6 +66,7 @@ class Pin:
     planet, carrier   their shafts
     position          (2,) of the pin from the carrier's centre in the reference configuration [m]
     bearing           of the pin
+    record            `PIN`, which a run changes
     recorder          samples
     """
 
@@ -67,6 +74,7 @@ class Pin:
     carrier: Shaft
     position: np.ndarray
     bearing: Bearing
+    record: np.record
     recorder: PinRecorder
 
     @property
@@ -82,13 +90,19 @@ def pin_of(planet: Shaft, carrier: Shaft, position: np.ndarray) -> Pin:
     alike = not further and bearing.linear and abs(k[0, 0] - k[1, 1]) <= ROUNDING * k[0, 0] and not k[0, 1]
     turning = f"the pin of {planet.name!r} turns with the carrier: its bearing must be linear and the same in all"
     require(alike, f"{turning} directions; pass Bearing(radial=..., axial=..., tilt=...)")
-    return Pin(planet, carrier, np.asarray(position, float), bearing, PinRecorder())
+    position, stiffness = np.asarray(position, float), float(k[0, 0])
+    damping = bearing.damping_time * stiffness
+    record = np.zeros(1, PIN)[0]
+    record.x, record.y, record.stiffness, record.damping = *position, stiffness, damping
+    return Pin(planet, carrier, position, bearing, record, PinRecorder())
 
 
 @compiled
 def pin_forces(pin, t, recorder, carrier, planet):
     """Forces (3) on the carrier and (3) on the planet; coordinates (3) and their rates (3) of each."""
     (c_x, c_y, angle), (vc_x, vc_y, omega) = carrier
+    spin = spin_of(pin.imposed, t, angle, omega)
+    angle, omega = spin.angle, spin.speed
     (p_x, p_y, _), (vp_x, vp_y, _) = planet
     s, c = sin(angle), cos(angle)
     rho_x, rho_y = c * pin.x - s * pin.y, s * pin.x + c * pin.y
@@ -106,7 +120,8 @@ def pin_forces(pin, t, recorder, carrier, planet):
         rates = w_x * u_x + w_y * u_y, w_y * u_x - w_x * u_y
         store(header_at(recorder).samples, k, (*deflections, *rates, angle, omega))
         store(header_at(recorder).powers, k, (c_x, c_y, vc_x, vc_y))
-    return (e_x + f_x, e_y + f_y, moment), (-e_x - f_x, -e_y - f_y, 0.0)
+    on_spin = moment + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
+    return (e_x + f_x, e_y + f_y, on_spin), (-e_x - f_x, -e_y - f_y, 0.0)
 
 
 @cache
@@ -141,19 +156,19 @@ def pin_rows(pin: Pin, angle: float, n: int, deflection: np.ndarray) -> np.ndarr
 def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
     """Add a pin between the nodes of its carrier and of its planet; returns the number of the object."""
     n = len(mbs.GetNode(nodes[0])["referenceCoordinates"])
-    k = float(pin.bearing.stiffness[0, 0])
-    c = pin.bearing.damping_time * k
-    record = record_of(PIN, x=pin.position[0], y=pin.position[1], stiffness=k, damping=c)
-    kernel, addresses = pin_kernel(n), (address_of(record), address_of(pin.recorder.header))
+    k, c = float(pin.record.stiffness), float(pin.record.damping)
+    kernel, addresses = pin_kernel(n), (address_of(pin.record), address_of(pin.recorder.header))
 
     def planet_pin(mbs, t, item, q, q_t):
         return kernel(*addresses, t, *q, *q_t)
 
     def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         rows = pin_rows(pin, q[n - 1], n, np.zeros(2))
-        return -0.0 + (factor * k + factor_t * c) * rows.T @ rows
+        if pin.record.imposed:
+            rows[:, n - 1] = 0.0
+        return (factor * k + factor_t * c) * rows.T @ rows
 
-    function = direct(planet_pin, kernel, (record, pin.recorder.header), n + 3, pointed_to=pin.recorder)
+    function = direct(planet_pin, kernel, (pin.record, pin.recorder.header), n + 3, pointed_to=pin.recorder)
     item: Any = eii.ObjectGenericODE2(
         name=f"{pin.planet.name} pin",
         nodeNumbers=list(nodes),

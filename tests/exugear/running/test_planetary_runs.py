@@ -89,7 +89,9 @@ def test_held_members_take_no_drive_and_no_load(model):
         exugear.run(model, drives={"sun": 50.0}, stop=[exugear.SpeedReached("ring", 1.0)], duration=0.01)
 
 
-@pytest.mark.parametrize(("driving", "held"), [("sun", "ring"), ("sun", "carrier"), ("ring", "sun")])
+@pytest.mark.parametrize(
+    ("driving", "held"), [("sun", "ring"), ("sun", "carrier"), ("ring", "sun"), ("carrier", "ring")]
+)
 def test_energy_is_balanced_on_elastic_pins(driving, held):
     """Planets move in the plane; sun, ring and carrier on bearings."""
     built = exugear.build(planar_box(held=held, driving=driving, bearings=PIN))
@@ -145,3 +147,25 @@ def test_planar_sets_are_refused_where_they_are_not_built():
         exugear.steady_states(exugear.build(box), speed=(50.0, 60.0), load=100.0)
     with pytest.raises(ValueError, match="other coordinates than they need"):
         exugear.build(box, plan=exugear.plan(box).with_bodies())
+
+
+def test_planets_may_differ_one_by_one():
+    """A softer mesh and a softer pin take load off their planets; the plan says what is held and what orbits."""
+    soft = exugear.Bearing(radial=5e7, axial=1e8, tilt=1e6, damping_time=2e-5)
+    laws = [waving_law(amplitude=0.0), waving_law(amplitude=0.0), waving_law(amplitude=0.0)]
+    box = planar_box(sun_mesh=laws, pin=[soft, PIN, PIN], planet=[GEAR, GEAR, exugear.Shaft("odd", {0.0: GEAR})])
+    model = exugear.build(box)
+    assert "its spin stays 0, and it takes the reaction" in str(model.plan)
+    assert "odd: 3 coordinates, planar body on elastic bearings (it has an elastic pin" in str(model.plan)
+    data = exugear.run_up(model, speed=1.0, load=400.0, duration=1e-4, progress=False, checks=0).data
+    shares = exugear.planet_shares(data)["mean_share"]
+    assert float(shares[0]) < 0.32 < float(shares.sel(planet="odd"))
+
+
+@pytest.mark.parametrize("damping", [{"damping": 2000.0}, {"damping_ratio": 0.06}])
+def test_damping_of_a_set_is_that_of_its_stages(damping):
+    stages = planetary(waving_law(damping=0.0), **damping).stages
+    for stage in stages:
+        share = stage.force.damping / stage.critical_damping
+        given = stage.force.damping if "damping" in damping else share
+        assert given == pytest.approx(next(iter(damping.values())))
