@@ -374,7 +374,8 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     of_flank = law.flank_at(side, **{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
         return _deflection_under(mesh, of_flank, phase, force, side)
-    no_contact = f"backlash must be finite for a load on the back flank, got {law.backlash}"
+    back = f"backlash must be finite for a load on the back flank of stage {mesh.stage.name}, got {law.backlash}"
+    no_contact = f"{back}; give it by the pair, the MeshForce or Stage(backlash=...), or drive another shaft"
     require(isfinite(law.backlash), no_contact)
     backlash = law.backlash + 2 * mesh.opening
     return -backlash - _deflection_under(mesh, of_flank, law.back_phase - phase, -force, side)

@@ -17,9 +17,9 @@ from fem.units import mm
 
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
-    """Whether the meshes must record spins and speeds of their bodies: for drags, or as no imposed speed gives them."""
+    """Whether meshes must record spins and speeds: for drags and torque supports, or as no imposed speed gives them."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
-    braked = any(shaft.drags for shaft in model.gearbox.shafts)
+    braked = any(shaft.drags or shaft.torque_supports for shaft in model.gearbox.shafts)
     return conditions.power or conditions.held is None or conditions.held in model.rotors or stops or braked
 
 
@@ -177,11 +177,14 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
 
 def _reactions(model: Model) -> dict[str, Any]:
     """Torques of the housing on held shafts over the held shafts and time; empty where none is held."""
-    held = [shaft for shaft in model.gearbox.shafts if shaft.name in model.gearbox.held]
+    box = model.gearbox
+    held = [shaft for shaft in box.shafts if shaft.name in box.reaction_members]
     if not held:
         return {}
     about = {"units": "N m", "long_name": "torque of the housing on the held shaft, about z"}
-    torques = rows([-mesh_torque(model, shaft) for shaft in held])
+    torques = rows([
+        -mesh_torque(model, shaft) if shaft.name in box.held else _support_torque(model, shaft) for shaft in held
+    ])  # fmt: skip
     return {"reaction_torque": (("held_end", "time"), torques, about), "held_end": [shaft.name for shaft in held]}
 
 
@@ -230,6 +233,12 @@ def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
         elif stage.carrier and shaft.name == stage.carrier.name and not model.pins:
             torques.append(-on_pinion - on_wheel)
     return model.gearbox.directions[shaft.name] * sum(torques[1:], start=torques[0])
+
+
+def _support_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of the torque supports of a shaft on it, about z [N m]."""
+    spin, speed = (model.gearbox.directions[shaft.name] * recorded(model, x)[shaft.name] for x in ("spin", "speed"))
+    return -sum(x.torsion * (spin + x.damping_time * speed) for x in shaft.torque_supports)
 
 
 def _pin_torque(pin: Pin, model: Model) -> np.ndarray:

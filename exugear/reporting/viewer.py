@@ -27,7 +27,7 @@ def draw(model: Model) -> None:
 
     The circles that Exudyn draws of drive and contacts are hidden.
     """
-    orbiting = "draw: planets whose bodies only spin do not orbit, so that planetary sets are not drawn yet"
+    orbiting = "draw: the gears of planetary sets are not drawn yet"
     require(not model.gearbox.planets, f"{orbiting}; exugear.plots shows their runs and modes")
     hide(model)
     add_gears(model)

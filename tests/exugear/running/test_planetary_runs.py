@@ -5,7 +5,7 @@ from math import cos
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, PIN, SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
+from planetary_boxes import GEAR, PIN, RING_PAIR, SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
 
 import exugear
 from fem.units import mm, um
@@ -169,3 +169,19 @@ def test_damping_of_a_set_is_that_of_its_stages(damping):
         share = stage.force.damping / stage.critical_damping
         given = stage.force.damping if "damping" in damping else share
         assert given == pytest.approx(next(iter(damping.values())))
+
+
+def test_a_torque_support_takes_the_reaction():
+    """Its spring is wound up by the torque that a held ring would take, and its energy counts."""
+    parts = {0.0: [RING_PAIR.wheel, exugear.TorqueSupport(1e6, damping_time=1e-4)]}
+    ring = exugear.Shaft("ring", parts, inertia=0.05, mass=5.0)
+    box = exugear.Gearbox([planetary(waving_law(amplitude=0.0), ring=ring)])
+    options = {"progress": False, "checks": 0, "power": True}
+    run = exugear.run_up(exugear.build(box), speed=100.0, load=400.0, duration=0.01, **options)
+    assert float(run.data["reaction_torque"][-1]) == pytest.approx(300.0, rel=1e-6)
+    assert run.energy_balance().relative < 1e-9
+
+
+def test_a_load_on_the_back_flanks_needs_backlash(model):
+    with pytest.raises(ValueError, match="backlash must be finite for a load on the back flank of stage sun-planet 1"):
+        exugear.run_up(model, speed=50.0, load=-400.0, duration=0.01, progress=False)
