@@ -3,6 +3,8 @@
 import sys
 from pathlib import Path
 
+import exudyn as exu
+import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 import xarray as xr
@@ -234,3 +236,21 @@ def test_examples_say_how_they_are_run(path):
     if '__name__ == "__main__"' in text:
         assert len(text.splitlines()) >= 40
         assert f"python examples/{path.name}" in text.split('"""')[1]
+
+
+def test_a_set_as_data_shares_its_load_as_one_built_by_hand():
+    """Bodies, gear contacts and springs of Exudyn, in static equilibrium; the first pin lies 20 um behind."""
+    gears = planetary_set.build(error=-20 * um)
+    gears.mbs.CreateCoordinateConstraint(itemNumbers=[None, gears.bodies["sun"]], coordinates=[None, 2])
+    gears.mbs.AddLoad(eii.LoadCoordinate(markerNumber=gears.coordinate("carrier", 2), load=-500.0))
+    gears.mbs.Assemble()
+    planetary_set.put_into_mesh(gears)
+    recorders = [recorder for meshes in zip(gears.sun, gears.ring, strict=True) for recorder in meshes]
+    for recorder in recorders:
+        recorder.start(1.0, 2)
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    gears.mbs.SolveStatic(settings, updateInitialValues=True)
+    model = exugear.build(planetary_load_sharing.gearbox(pin_errors=(-20 * um, 0.0, 0.0)))
+    run = exugear.run_up(model, speed=1e-3, load=500.0, duration=1e-4, progress=False, checks=0)
+    assert run.data["mesh_force"].values[:, 0] == pytest.approx([recorder.force[1] for recorder in recorders], rel=1e-4)

@@ -35,6 +35,14 @@ def planetary(law: exugear.MeshForce | None = None, **changes: Any) -> exugear.P
     return exugear.Planetary(**members() | meshes | pairs | changes)
 
 
+def published_set() -> dict[str, Any]:
+    """Pairs and members of the set of Shweiki et al. (ISMA 2016), z 21/39/-99, spur here."""
+    sun, planet = (fem.Gear(z=z, m_n=10 * mm, b=220 * mm, d_bore=60 * mm) for z in (21, 39))
+    pairs = {"sun_pair": fem.GearPair(sun, planet, a=300 * mm), "ring_pair": exugear.RingPair(planet, -99, a=-300 * mm)}
+    parts = {"sun": {0.0: sun}, "ring": {0.0: pairs["ring_pair"].wheel}, "carrier": {}}
+    return pairs | {name: exugear.Shaft(name, x, inertia=0.5, mass=50.0) for name, x in parts.items()}
+
+
 def planetary_box(held: str = "ring", law: exugear.MeshForce | None = None, **changes: Any) -> exugear.Gearbox:
     """A gearbox of such a set alone; driving and driven among the changes belong to the gearbox."""
     ends = {name: changes.pop(name) for name in ("driving", "driven") if name in changes}

@@ -6,7 +6,7 @@ from math import cos, pi
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, RING_PAIR, SUN_PAIR, members, planetary, planetary_box, waving_law
+from planetary_boxes import GEAR, RING_PAIR, SUN_PAIR, members, planetary, planetary_box, published_set, waving_law
 
 import exugear
 import fem
@@ -24,12 +24,6 @@ MODES_OF_OPERATION = {
 }
 #: Planets of the set of Shweiki et al. (ISMA 2016), z 21/39/-99, with meshes in sequence.
 SEQUENCE = (0.0, 126 * deg, 252 * deg)
-
-
-def paper_set() -> tuple[fem.GearPair, exugear.RingPair]:
-    """Pairs of the set of Shweiki et al., spur here."""
-    sun, planet = (fem.Gear(z=z, m_n=10 * mm, b=220 * mm, d_bore=60 * mm) for z in (21, 39))
-    return fem.GearPair(sun, planet, a=300 * mm), exugear.RingPair(planet, -99, a=-300 * mm)
 
 
 @pytest.mark.parametrize(("ends", "speeds"), MODES_OF_OPERATION.items())
@@ -75,13 +69,9 @@ def test_in_every_mode_the_torques_balance_and_all_flanks_push():
 @pytest.mark.parametrize("driving", ["sun", "carrier"])
 def test_phases_of_a_gearbox_are_those_of_the_closed_form(driving):
     """The assembly along gears that mesh, and p_s = -d z_s psi / 2 pi, p_r = p_s + h_s + h_r + z_p / 2."""
-    sun_pair, ring_pair = paper_set()
-    parts = {"sun": {0.0: sun_pair.pinion}, "ring": {0.0: ring_pair.wheel}, "carrier": {}}
-    shafts = {name: exugear.Shaft(name, x, inertia=1.0, mass=50.0) for name, x in parts.items()}
-    meshes = {"sun_mesh": waving_law(), "ring_mesh": waving_law(), "sun_pair": sun_pair, "ring_pair": ring_pair}
-    box = exugear.Gearbox([exugear.Planetary(**shafts | meshes, angles=SEQUENCE)], held="ring", driving=driving)
-    direction = 1 if driving == "sun" else -1
-    expected = exugear.planetary_phases(sun_pair, ring_pair, angles=SEQUENCE, direction=direction)
+    box = exugear.Gearbox([planetary(**published_set(), angles=SEQUENCE)], held="ring", driving=driving)
+    direction, pairs = 1 if driving == "sun" else -1, (published_set()[name] for name in ("sun_pair", "ring_pair"))
+    expected = exugear.planetary_phases(*pairs, angles=SEQUENCE, direction=direction)
     phases = np.array(box.phases)
     miss = np.r_[phases[::2] - expected.sun, phases[1::2] - expected.ring]
     assert np.abs(miss - np.round(miss)).max() < 1e-9
@@ -90,7 +80,7 @@ def test_phases_of_a_gearbox_are_those_of_the_closed_form(driving):
 
 def test_a_planet_touches_the_ring_with_its_other_flank_where_the_phases_say():
     """Its tooth that meets the ring stands half a turn and half its two thicknesses from the one that meets the sun."""
-    sun_pair, ring_pair = paper_set()
+    sun_pair, ring_pair = (published_set()[name] for name in ("sun_pair", "ring_pair"))
     phases, planet = exugear.planetary_phases(sun_pair, ring_pair), sun_pair.wheel
     r_w = [planet.r_b / cos(pair.alpha_wt) for pair in (sun_pair, ring_pair)]
     flanks = [planet.thickness(r) / (2 * r) for r in r_w]
@@ -102,16 +92,12 @@ def test_a_planet_touches_the_ring_with_its_other_flank_where_the_phases_say():
 
 def test_harmonics_that_leave_the_torque_push_the_sun():
     """Shweiki et al. in sequence: sums over the planets in the torque, and of the larger wave in the lateral force."""
-    sun_pair, ring_pair = paper_set()
-    shafts = {"sun": {0.0: sun_pair.pinion}, "ring": {0.0: ring_pair.wheel}, "carrier": {}}
-    shafts = {name: exugear.Shaft(name, x, inertia=1.0, mass=50.0) for name, x in shafts.items()}
-    meshes = {"sun_mesh": waving_law(), "ring_mesh": waving_law(), "sun_pair": sun_pair, "ring_pair": ring_pair}
-    in_sequence = exugear.Planetary(**shafts | meshes, angles=SEQUENCE)
+    in_sequence = planetary(**published_set(), angles=SEQUENCE)
     table = in_sequence.mesh_phases()
     assert table["torque_sum"].values == pytest.approx([0.0585, 0.1273, 0.9674, 0.2060], abs=5e-5)
     assert table["lateral_sum"].values == pytest.approx([1.0, 0.9674, 0.2060, 0.9674], abs=5e-5)
     assert "order 1, 2, 3, at 0, 0.35, 0.7 of a pitch" in str(in_sequence)
-    in_phase = exugear.Planetary(**shafts | meshes)
+    in_phase = planetary(**published_set())
     assert in_phase.words[0] == "all planets mesh in phase"
     assert "a tooth of the sun meets every 3. tooth of the planet" in str(in_phase)
 

@@ -1,14 +1,26 @@
 """Runs of planetary sets whose members spin: torques, energy, parts, shares of the planets, other members driving."""
 
 from concurrent.futures import ProcessPoolExecutor
-from math import cos
+from math import cos, pi
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, PIN, RING_PAIR, SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
+from planetary_boxes import (
+    GEAR,
+    PIN,
+    RING_PAIR,
+    SUN_PAIR,
+    members,
+    planar_box,
+    planetary,
+    planetary_box,
+    published_set,
+    waving_law,
+)
 
 import exugear
-from fem.units import mm, um
+import fem
+from fem.units import deg, mm, um
 
 
 @pytest.fixture(scope="module")
@@ -185,3 +197,38 @@ def test_a_torque_support_takes_the_reaction():
 def test_a_load_on_the_back_flanks_needs_backlash(model):
     with pytest.raises(ValueError, match="backlash must be finite for a load on the back flank of stage sun-planet 1"):
         exugear.run_up(model, speed=50.0, load=-400.0, duration=0.01, progress=False)
+
+
+def test_stepped_planets_written_by_hand_run():
+    """Two gears on each planet: ratio 1 + (30 / 30) (80 / 20) = 5; the torques follow."""
+    small = fem.Gear(z=20, m_n=3 * mm, alpha_n=20 * deg, b=25 * mm, d_bore=20 * mm)
+    outer = exugear.RingPair(small, -80, a=-90 * mm)
+    ring = exugear.Shaft("ring", {60 * mm: outer.wheel}, inertia=0.05, mass=5.0)
+    carrier, stages = members()["carrier"], []
+    for number in range(3):
+        planet = exugear.Shaft(f"planet {number + 1}", {0.0: GEAR, 60 * mm: small})
+        place = {"angle": 2 * pi * number / 3 - (2 * pi if number == 2 else 0), "carrier": carrier}
+        stages.append(exugear.Stage(members()["sun"], planet, waving_law(0.0), pair=SUN_PAIR, **place))
+        stages.append(exugear.Stage(planet, ring, waving_law(0.0), pair=outer, **place))
+    box = exugear.Gearbox(stages, held="ring")
+    assert box.ratios["carrier"] == 1 / 5
+    data = exugear.run_up(exugear.build(box), speed=50.0, load=500.0, duration=2e-3, progress=False, checks=0).data
+    assert float(data["drive_torque"][-1]) == pytest.approx(100.0, rel=1e-9)
+    assert data["member"].values.tolist() == ["sun", "ring"] * 3
+
+
+def test_planets_in_sequence_cancel_the_mesh_harmonics_that_the_table_says():
+    """Set of Shweiki et al., slow, small harmonics 1 to 3 of the stiffness: ripple of the sun against the carrier."""
+    phase = np.arange(64) / 64
+    ripple = sum(0.003 * np.cos(2 * pi * harmonic * phase) for harmonic in (1, 2, 3))
+    law = exugear.MeshForce(phase, [0, 1 * mm], np.outer(5e8 * (1 + ripple), [0, 1 * mm]), damping=3e4)
+    amplitudes = []
+    for angles in ((0.0, 120 * deg, 240 * deg), (0.0, 126 * deg, 252 * deg)):
+        box = planetary_box(law=law, angles=angles, **published_set())
+        speed = 2 * pi * 20.0 / (21 * (1 - 21 / 120))
+        options = {"progress": False, "checks": 0, "sample": 1e-4, "step": 1e-5}
+        data = exugear.run_up(exugear.build(box), speed=speed, load=5000.0, duration=0.1, **options).data
+        turn = (data["dte"][0] + data["dte"][1]).values[-501:-1]
+        amplitudes.append(np.abs(np.fft.rfft(turn))[[1, 2, 3]])
+    table = planetary(law, angles=angles, **published_set()).mesh_phases(3)
+    assert amplitudes[1] / amplitudes[0] == pytest.approx(table["torque_sum"].values, abs=0.01)
