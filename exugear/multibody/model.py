@@ -262,7 +262,7 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per
     per_torque   (n_stage, n_shaft) mesh forces by torques about z [1/m], the bearings rigid
     """
     built, accelerations = system.contacts[i], train.acceleration_by_force(i, held)
-    orbits = bool(built.stage.carrier and system.pins)
+    orbits = built.stage.carrier is not None and built.stage.carrier.name in system.gearbox.carriers_of_pins
     mobility = float(train.rows[i] @ accelerations)
     forces_on_bodies, by_bearings, holding = per_torque.T @ train.rows, np.zeros((2, 6)), per_torque[i]
     for by_displacement, shaft in zip(by_bearings, (built.stage.fast, built.stage.slow), strict=True):

@@ -230,7 +230,7 @@ def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
         on_pinion, on_wheel, stage = mesh.recorder.pinion_torque, mesh.recorder.wheel_torque, mesh.stage
         if shaft.name in (stage.fast.name, stage.slow.name):
             torques.append(on_pinion if shaft.name == stage.fast.name else on_wheel)
-        elif stage.carrier and shaft.name == stage.carrier.name and not model.pins:
+        elif stage.carrier and shaft.name == stage.carrier.name and shaft.name not in model.gearbox.carriers_of_pins:
             torques.append(-on_pinion - on_wheel)
     return model.gearbox.directions[shaft.name] * sum(torques[1:], start=torques[0])
 
@@ -238,7 +238,7 @@ def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
 def _support_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the torque supports of a shaft on it, about z [N m]."""
     spin, speed = (model.gearbox.directions[shaft.name] * recorded(model, x)[shaft.name] for x in ("spin", "speed"))
-    return -sum(x.torsion * (spin + x.damping_time * speed) for x in shaft.torque_supports)
+    return -np.sum([x.torsion * (spin + x.damping_time * speed) for x in shaft.torque_supports], axis=0)
 
 
 def _pin_torque(pin: Pin, model: Model) -> np.ndarray:

@@ -232,3 +232,19 @@ def test_planets_in_sequence_cancel_the_mesh_harmonics_that_the_table_says():
         amplitudes.append(np.abs(np.fft.rfft(turn))[[1, 2, 3]])
     table = planetary(law, angles=angles, **published_set()).mesh_phases(3)
     assert amplitudes[1] / amplitudes[0] == pytest.approx(table["torque_sum"].values, abs=0.01)
+
+
+def test_a_set_of_spins_drives_one_on_pins():
+    """Ratio 4 x 4; each carrier bears what its planets leave, by contacts here and by pins there."""
+    middle = exugear.Shaft("middle", {0.0: GEAR}, inertia=0.02)
+    first = planetary(**members() | {"carrier": middle, "name": "first"})
+    ring = exugear.Shaft("ring 2", {0.0: RING_PAIR.wheel}, inertia=0.05, mass=5.0)
+    second = planetary(sun=middle, ring=ring, carrier=members()["carrier"], name="second", pin=PIN)
+    box = exugear.Gearbox([first, second], held=("ring", "ring 2"))
+    model = exugear.build(box)
+    options = {"duration": 0.01, "progress": False, "checks": 0, "power": True}
+    run = exugear.run(model, drives={"middle": (20.0, 25.0)}, loads={"sun": -25.0, "carrier": 400.0}, **options)
+    assert run.energy_balance().relative < 1e-8
+    assert run.data["reaction_torque"].sizes["held_end"] == 2
+    inertia = sum(x * (box.ratios[name] / box.ratios["middle"]) ** 2 for name, x in box.inertias.items())
+    assert float(run.data["drive_torque"].mean()) == pytest.approx(500.0 * inertia, rel=0.02)
