@@ -55,7 +55,7 @@ def pins(model: Model) -> Iterator[ElasticElement]:
         carrier, planet = model.spins[pin.carrier.name], model.spins[pin.planet.name]
         n = len(model.plan.shafts[pin.carrier.name].components)
         part = [*range(carrier - n + 1, carrier + 1), *range(planet - 2, planet + 1)]
-        rows = pin_rows(pin, q[carrier], n, np.zeros(2))
+        rows = pin_rows(pin, q[carrier], n)
         stiffness = float(pin.bearing.stiffness[0, 0]) * rows.T @ rows
         yield ElasticElement(f"{pin.planet.name} pin", "bearing", embedded(stiffness, part, q.size))
 

@@ -145,10 +145,10 @@ def pin_kernel(n: int):
     return planet_pin
 
 
-def pin_rows(pin: Pin, angle: float, n: int, deflection: np.ndarray) -> np.ndarray:
-    """(2, n + 3) slopes of the deflection by the coordinates of carrier and planet, which turn with the carrier."""
+def pin_rows(pin: Pin, angle: float, n: int) -> np.ndarray:
+    """(2, n + 3) slopes of the deflection by the n coordinates of a carrier at an angle [rad] and by the planet's."""
     s, c = sin(angle), cos(angle)
-    x, y = np.array([[c, -s], [s, c]]) @ pin.position + deflection
+    x, y = np.array([[c, -s], [s, c]]) @ pin.position
     by_carrier = np.array([[-1.0, 0.0, y], [0.0, -1.0, -x]])
     return np.column_stack([by_carrier[:, 3 - n :], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
 
@@ -163,7 +163,7 @@ def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
         return kernel(*addresses, t, *q, *q_t)
 
     def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        rows = pin_rows(pin, q[n - 1], n, np.zeros(2))
+        rows = pin_rows(pin, q[n - 1], n)
         if pin.record.imposed:
             rows[:, n - 1] = 0.0
         return (factor * k + factor_t * c) * rows.T @ rows
