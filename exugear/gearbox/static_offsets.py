@@ -1,7 +1,7 @@
 """Static offsets of a stage: relative position of its gears on displaced shafts, in the frame of the pinion."""
 
 from collections.abc import Mapping
-from math import acos
+from math import acos, copysign
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from fem.units import mm
 
 def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
     """a [m], misalignment [rad] and axial [m] under the shafts' static displacement, with the signs of `fem.Offsets`.
+
+    a < 0 of a ring, as of its pair.
 
     positions   x, y of the shafts [m]
     direction   sense of the pinion's rotation, +1 or -1
@@ -26,12 +28,12 @@ def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], di
     )
     axial = (wheel - pinion) @ axes[0]
     line = wheel - pinion - axial * axes[0]
-    a = float(np.linalg.norm(line))
+    a = copysign(float(np.linalg.norm(line)), stage.pair.a)
     e_r = line / a
     e_t = direction * np.cross(axes[0], e_r)
     r_b = stage.pair.pinion.r_b + stage.pair.wheel.r_b
     near = f"shafts of stage {stage.name!r} must stand further apart than {r_b / mm:.6g} mm, got {a / mm:.6g} mm"
-    require(r_b < a, f"{near}; make the offsets smaller")
+    require(abs(r_b) < abs(a), f"{near}; make the offsets smaller")
     alpha = acos(r_b / a)
     misalignment = in_plane_of_action(alpha, axes[1] @ e_r, axes[1] @ e_t)
     return {"a": a, "misalignment": float(misalignment), "axial": float(axial)}
