@@ -2,17 +2,17 @@
 
     python examples/planetary.py results
 
-The set is built by hand (`planetary_set.py`): rigid planar bodies, `CreateGearContact` for every mesh, and Exudyn's
-springs for the bearings. All coordinates are free, so that the lowest frequency is 0. Pairs of equal frequencies are
-modes in which sun, ring and carrier translate; in single ones they rotate, or stand still while the planets move.
+The set is that of `planetary_load_sharing.py`: planets on elastic pins, sun, ring and carrier on bearings. The sun may
+turn, so that the lowest frequency is 0. Pairs of equal frequencies are modes in which sun, ring and carrier translate;
+in single ones they rotate, or stand still while the planets move.
 """
 
 from pathlib import Path
 
-import exudyn as exu
 import numpy as np
+import xarray as xr
 from command_line import command_line
-from planetary_set import DEPTH, build, put_into_mesh
+from planetary_load_sharing import gearbox
 
 import exugear
 from exugear import plots
@@ -21,12 +21,9 @@ from exugear import plots
 PUBLISHED = (0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 2276.4, 2276.4, 2658.3)
 
 
-def natural_frequencies(planets: int = 3, depth: float = DEPTH) -> np.ndarray:
-    """In rising order [Hz]: all coordinates free, all teeth in contact to a depth [m]."""
-    gears = build(planets=planets)
-    gears.mbs.Assemble()
-    put_into_mesh(gears, depth)
-    return exugear.modes(gears.mbs)["frequency"].values
+def modes(planets: int = 3, load: float = 1.0) -> xr.Dataset:
+    """Modes under a load on the carrier [N m], which presses all teeth."""
+    return exugear.modes(exugear.build(gearbox(planets)), load=load, drive="free")
 
 
 def draw(path: Path, number: np.ndarray, frequencies: np.ndarray) -> None:
@@ -51,11 +48,11 @@ def draw(path: Path, number: np.ndarray, frequencies: np.ndarray) -> None:
 def main(folder: Path) -> np.ndarray:
     """Natural frequencies [Hz]."""
     folder.mkdir(parents=True, exist_ok=True)
-    exu.config.printToConsole = False
-    frequencies, number = natural_frequencies(), np.arange(1, len(PUBLISHED) + 1)
+    data, number = modes(), np.arange(1, len(PUBLISHED) + 1)
+    frequencies, kinds = data["frequency"].values, data["kind"].values
     draw(folder / "planetary.png", number, frequencies[: number.size])
-    for i, f, published in zip(number, frequencies, PUBLISHED, strict=False):
-        print(f"mode {i:2d}: {f:8.1f} Hz, published {published:8.1f} Hz")
+    for i, f, published, kind in zip(number, frequencies, PUBLISHED, kinds, strict=False):
+        print(f"mode {i:2d}: {f:8.1f} Hz, published {published:8.1f} Hz, {kind}")
     return frequencies
 
 

@@ -6,10 +6,13 @@ from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
+from exugear.gearbox.planetary import Planetary
+from exugear.gearbox.planetary_phases import planetary_phases
+from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
 from exugear.gearbox.stage import Stage
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
+from exugear.load_factors.planet_shares import planet_shares
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
 from exugear.mesh_force.mesh_friction import MeshFriction
@@ -76,6 +79,7 @@ __all__ = [
     "NiemannFriction",
     "Placement",
     "Plan",
+    "Planetary",
     "Recorder",
     "RingPair",
     "Rule",
@@ -87,6 +91,7 @@ __all__ = [
     "SpeedReached",
     "Stage",
     "Torque",
+    "TorqueSupport",
     "XuFriction",
     "__version__",
     "animate_mode",
@@ -111,6 +116,8 @@ __all__ = [
     "peaks",
     "picture",
     "plan",
+    "planet_shares",
+    "planetary_phases",
     "plots",
     "recorded_signal",
     "report",

@@ -16,6 +16,8 @@ NAMES = "deflection", "force", "a", "misalignment", "axial", "centroid", "pinion
 MOTION_NAMES, COMPONENTS = ("q_1", "q_2", "v_1", "v_2"), 5
 #: Potential of the mesh [J], power that its damping dissipates [W], spins [rad] and speeds [rad/s] of the bodies.
 POWER_NAMES = "energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2"
+#: Spin [rad] and speed [rad/s] of the carrier of the bodies.
+CARRIER_NAMES = "spin_3", "speed_3"
 #: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
 FRICTION_NAMES = "friction_force", "friction_loss"
 #: Quantities in the data of runs: name here (signs: `Recorder`), unit, long name; on bearings further ones.
@@ -36,14 +38,21 @@ FRICTION_IN_RUNS = {
     "friction_loss": ("W", "power that friction between the teeth dissipates"),
 }
 #: Quantities by the field of the header with the addresses of their arrays.
-KINDS = {"samples": NAMES, "motions": MOTION_NAMES, "powers": POWER_NAMES, "friction": FRICTION_NAMES}
+KINDS = {
+    "samples": NAMES,
+    "motions": MOTION_NAMES,
+    "powers": POWER_NAMES,
+    "carrier": CARRIER_NAMES,
+    "friction": FRICTION_NAMES,
+}
 #: Time between samples [s], the share of it by which the time of a call may differ from that of a sample, the number of
 #: samples, the interval after t = 0 at whose end the first is taken, and the addresses of the arrays of all quantities
 #: (0: not recorded).
 HEADER = record_type(
     *(("interval", "f8"), ("tolerance", "f8"), ("number", "i8"), ("first", "i8")),
     *(("samples", "i8", len(NAMES)), ("motions", "i8", len(MOTION_NAMES))),
-    *(("powers", "i8", len(POWER_NAMES)), ("friction", "i8", len(FRICTION_NAMES))),
+    *(("powers", "i8", len(POWER_NAMES)), ("carrier", "i8", len(CARRIER_NAMES))),
+    ("friction", "i8", len(FRICTION_NAMES)),
 )
 header_at = reader(HEADER)
 #: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
@@ -79,10 +88,11 @@ def store(addresses, k, values):
 
 
 @compiled
-def write(record, k, mesh, power, friction, components, motions):
+def write(record, k, mesh, power, friction, carrier, components, motions):
     """Store those quantities of sample k that are recorded.
 
     mesh, power, friction   values in the order of `NAMES`, `POWER_NAMES`, `FRICTION_NAMES`
+    carrier                 likewise of `CARRIER_NAMES`
     components              number of displacements and tilts of the bodies; those that they lack stay 0
     motions                 displacements and velocities (q_1, q_2, v_1, v_2), (6) each; None of bodies that spin
     """
@@ -90,6 +100,7 @@ def write(record, k, mesh, power, friction, components, motions):
     store(header.samples, k, mesh)
     store(header.powers, k, power)
     store(header.friction, k, friction)
+    store(header.carrier, k, carrier)
     if motions is None:
         return
     if header.motions[0] != 0:
@@ -136,6 +147,7 @@ class Recorder:
         motion: bool = False,
         power: bool = False,
         friction: bool = False,
+        carrier: bool = False,
         zeroed: bool = False,
     ) -> None:
         """Allocate a number of samples.
@@ -147,6 +159,7 @@ class Recorder:
         motion     also record what `motion` returns
         power      also record what `power` returns
         friction   also record friction_force and friction_loss of a contact that has friction
+        carrier    with power, also record spin_3 and speed_3 of the carrier
         zeroed     all samples but the deflection are 0, not NaN, until they are written, and take no memory until then;
                    the motion always
 
@@ -156,7 +169,7 @@ class Recorder:
         require(number >= 1, f"number of samples must be at least 1, got {number}")
         require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
         require(first >= 0, f"first must be at least 0 intervals after t = 0, got {first}")
-        names = (*NAMES, *POWER_NAMES * power, *FRICTION_NAMES * friction)
+        names = (*NAMES, *POWER_NAMES * power, *FRICTION_NAMES * friction, *CARRIER_NAMES * (power and carrier))
         samples = {name: np.zeros(number) for name in names}
         for values in samples.values() if not zeroed else [samples["deflection"]]:
             values[:] = np.nan
@@ -202,7 +215,7 @@ class Recorder:
     def power(self) -> dict[str, np.ndarray]:
         """(number,) potential [J], dissipated power [W], spins [rad] and speeds [rad/s] of both bodies, by name.
 
-        Spins and speeds of gears on a carrier are those in it.
+        Of gears on a carrier also its spin_3 and speed_3 where these are recorded.
         """
         require("energy" in self.samples, "the recorder has no power; start it with power=True")
-        return {name: self.samples[name] for name in POWER_NAMES}
+        return {name: self.samples[name] for name in (*POWER_NAMES, *CARRIER_NAMES) if name in self.samples}

@@ -13,6 +13,7 @@ from math import cos, hypot, sin
 import numpy as np
 import scipy
 
+from exugear.gearbox.planetary_kinematics import MeshOfMembers, speeds_of_members
 from exugear.gearbox.stage import Stage
 from fem.support.validation import require
 from fem.units import mm
@@ -67,12 +68,33 @@ def traverse(edges: Sequence[Edge], start: Hashable) -> Traversal:
 
 
 def traverse_shafts(stages: Sequence[Stage]) -> Traversal:
-    """From the first stage's fast shaft on; ValueError for stages that are not coupled to it."""
-    edges = [_shaft_names(stage) for stage in stages]
+    """From the first stage's fast shaft on; ValueError for stages that are not coupled to it.
+
+    Behind the stages follow the edges from the suns to their carriers, which are coaxial (`_coaxial`).
+    """
+    edges = [*(_shaft_names(stage) for stage in stages), *_coaxial(stages)]
     traversal = traverse(edges, edges[0][0])
     loose = [edge for edge in edges if edge[0] not in traversal.paths]
     require(not loose, f"stages {loose} are not coupled to shaft {edges[0][0]!r}; connect them")
     return traversal
+
+
+def _coaxial(stages: Sequence[Stage]) -> list[tuple[str, str]]:
+    """(Sun, carrier) of each carrier: the fast shaft of its first stage, on whose axis it turns."""
+    suns: dict[str, str] = {}
+    for stage in stages:
+        if stage.carrier:
+            suns.setdefault(stage.carrier.name, stage.fast.name)
+    return [(sun, carrier) for carrier, sun in suns.items()]
+
+
+def exact_speeds(stages: Sequence[Stage], driving: str, held: Sequence[str]) -> dict[str, Fraction]:
+    """Speed of every shaft over that of the driving one with carriers or held shafts; ValueError as there."""
+    meshes = [
+        MeshOfMembers(*_shaft_names(x), x.pair.pinion.z, x.pair.wheel.z, x.carrier.name if x.carrier else None)
+        for x in stages
+    ]
+    return speeds_of_members(meshes, driving, held)
 
 
 def speed_ratios(stages: Sequence[Stage], traversal: Traversal) -> dict[str, Fraction]:
@@ -95,19 +117,30 @@ def speed_ratios(stages: Sequence[Stage], traversal: Traversal) -> dict[str, Fra
 
 def shaft_positions(stages: Sequence[Stage], traversal: Traversal) -> dict[str, tuple[float, float]]:
     """x, y of every shaft [m], the driving shaft at 0; ValueError where a loop does not close."""
-    positions = {stages[0].fast.name: (0.0, 0.0)}
+    positions, coaxial = {stages[0].fast.name: (0.0, 0.0)}, _coaxial(stages)
     for i, sense in traversal.tree:
+        if i >= len(stages):
+            reached, new = coaxial[i - len(stages)][::sense]
+            positions[new] = positions[reached]
+            continue
         stage = stages[i]
         reached, new = _shaft_names(stage)[::sense]
         (x, y), a = positions[reached], sense * stage.pair.a
         positions[new] = (x + a * cos(stage.angle), y + a * sin(stage.angle))
     for i in traversal.closing:
+        if i >= len(stages):
+            sun, carrier = coaxial[i - len(stages)]
+            beside = hypot(*np.subtract(positions[sun], positions[carrier])) / mm
+            apart = f"carrier {carrier!r} must lie on the axis of {sun!r}, got {beside:.6g} mm beside it"
+            require(beside * mm < CLOSED * abs(stages[0].pair.a), f"{apart}; change angles or centre distances")
+            continue
         stage = stages[i]
         (x_1, y_1), (x_2, y_2) = (positions[name] for name in _shaft_names(stage))
         gap = hypot(x_1 + stage.pair.a * cos(stage.angle) - x_2, y_1 + stage.pair.a * sin(stage.angle) - y_2)
         loop = f"the loop {_names(stages, traversal, i)} does not close, the gap is {gap / mm:.6g} mm"
         if not gap < CLOSED * abs(stage.pair.a):
-            angles = fitting_angles(stages, traversal.loop(i, _shaft_names(stage)))
+            loop_of_stages = tuple((j, s) for j, s in traversal.loop(i, _shaft_names(stage)) if j < len(stages))
+            angles = fitting_angles(stages, loop_of_stages)
             raise ValueError(f"{loop}; {fitting_remedy(stages, angles)}")
     return positions
 
@@ -157,4 +190,4 @@ def _ratio(stage: Stage) -> Fraction:
 
 def _names(stages: Sequence[Stage], traversal: Traversal, i: int) -> str:
     """Names of the stages of the loop that stage i closes."""
-    return ", ".join(stages[j].name for j, _ in traversal.loop(i, _shaft_names(stages[i])))
+    return ", ".join(stages[j].name for j, _ in traversal.loop(i, _shaft_names(stages[i])) if j < len(stages))

@@ -1,17 +1,20 @@
-"""The gearbox as data: stages that couple parallel shafts, in trees and in loops."""
+"""The gearbox as data: stages that couple parallel shafts, in trees and in loops, and planetary sets."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import isfinite
+from functools import cached_property
+from math import hypot, isfinite, pi
 
 import numpy as np
 
-from exugear.gearbox.gear_train import shaft_positions, speed_ratios, traverse_shafts
+from exugear.gearbox.gear_train import CLOSED, exact_speeds, shaft_positions, speed_ratios, traverse, traverse_shafts
 from exugear.gearbox.mesh_phasing import phases
+from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
-from fem.support.arguments import Finite, Numbers, checked
-from fem.support.validation import require
+from fem.support.arguments import DERIVED, Finite, Numbers, checked
+from fem.support.validation import require, text_of
 from fem.units import mm
 
 #: Share of the largest mesh force below which a force is rounding.
@@ -22,40 +25,60 @@ TOGETHER = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Gearbox:
-    """Stages that couple parallel shafts. The first stage's fast shaft drives, the last stage's slow one is driven.
+    """Stages and planetary sets that couple parallel shafts.
 
-    stages      `exugear.Stage`, in a tree or in loops
+    stages      `exugear.Stage` and `exugear.Planetary`, in a tree or in loops; afterwards the stages alone, those of a
+                set in the order of its planets, sun first
+    held        name of the shaft that the housing holds, or several: ring, sun or carrier, which take the reaction
+    driving     shaft whose speed the drive of `run_up` prescribes, or its name: by default the first stage's fast
+                shaft, of a set its sun, or its ring where the sun is held
+    driven      shaft that carries the load of `run_up`, or its name: by default the last stage's slow shaft, of a set
+                its carrier, or its ring where the carrier is held or drives
 
     Derived from them, by the name of the shaft or in the order of the stages:
 
-    ratios            speed of every shaft over that of the driving shaft
-    directions        sense of rotation of every shaft about z, +1 or -1; +1 for the driving shaft
-    shaft_positions   x, y of every shaft [m], the driving shaft at 0
+    ratios            speed of every shaft over that of the driving shaft, 0 if held; on a carrier that of the planet
+                      itself, not that relative to the carrier
+    directions        sense of rotation of every shaft about z, +1 or -1; +1 for the driving shaft and where it stands
+    flank_senses      of every stage: sense +1 or -1 in which the pinion drives with the flanks for which the map is.
+                      Without carriers its sense of rotation; on a carrier that of the torque that drives it
+    shaft_positions   x, y of every shaft [m], the first stage's fast shaft at 0; of planets while their carrier stands
+                      in the reference configuration
     phases            of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
 
-    Raises ValueError for gears without a mate, shafts that are not coupled, two shafts of the same name, and loops that
-    do not close, jam, do not assemble, or whose loaded flanks do not touch at the same time.
+    Raises ValueError for gears without a mate, shafts that are not coupled, two shafts of the same name, loops that do
+    not close, jam, do not assemble, or whose loaded flanks do not touch at the same time, and for planetary sets in
+    which no member takes the reaction.
     """
 
     stages: tuple[Stage, ...]
+    held: Sequence[str] = field(default=(), kw_only=True)
+    driving: Shaft = field(default=DERIVED, kw_only=True)
+    driven: Shaft = field(default=DERIVED, kw_only=True)
     ratios: dict[str, float] = field(init=False, repr=False)
     directions: dict[str, int] = field(init=False, repr=False)
+    flank_senses: tuple[int, ...] = field(init=False, repr=False)
     shaft_positions: dict[str, tuple[float, float]] = field(init=False, repr=False)
     phases: tuple[float, ...] = field(init=False, repr=False)
 
     def __post_init__(self):
-        listed = isinstance(self.stages, list | tuple) and all(isinstance(stage, Stage) for stage in self.stages)
-        require(listed, f"stages must be a list of Stage, got {type(self.stages).__name__}; write Gearbox([stage])")
-        object.__setattr__(self, "stages", tuple(self.stages))
+        members = self.stages if isinstance(self.stages, list | tuple) else [self.stages]
+        listed = isinstance(self.stages, list | tuple) and all(isinstance(x, Stage | Planetary) for x in members)
+        kinds = f"stages must be a list of Stage and Planetary, got {type(self.stages).__name__}"
+        require(listed, f"{kinds}; write Gearbox([stage])")
+        stages = [stage for member in members for stage in getattr(member, "stages", (member,))]
+        object.__setattr__(self, "stages", tuple(stages))
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
+        self._choose_ends()
         self._check_mates()
         self._check_item_names()
         self._place_shafts()
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
-        require(self.driving.name != self.driven.name, ends)
+        require(self.driving.name != self.driven.name, f"{ends}, or name driving= and driven=")
+        object.__setattr__(self, "flank_senses", self._senses_of_flanks())
         self._check_flanks()
-        object.__setattr__(self, "phases", phases(self.stages, self.directions, self.shaft_positions))
+        object.__setattr__(self, "phases", phases(self.stages, self.flank_senses, self.shaft_positions))
 
     def __repr__(self) -> str:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
@@ -63,18 +86,63 @@ class Gearbox:
 
     @property
     def shafts(self) -> tuple[Shaft, ...]:
-        """All shafts in the order of the stages, each once."""
-        return tuple({shaft.name: shaft for stage in self.stages for shaft in (stage.fast, stage.slow)}.values())
+        """All shafts in the order of the stages, each once, a carrier behind the shafts of its first stage."""
+        return tuple({shaft.name: shaft for stage in self.stages for shaft in stage.shafts}.values())
+
+    @cached_property
+    def planets(self) -> dict[str, Shaft]:
+        """Carrier of each planet by the planet's name: of a shaft on a carrier that lies beside the carrier's axis."""
+        carriers: dict[str, Shaft] = {}
+        for stage in self.stages:
+            if stage.carrier is None:
+                continue
+            for shaft in (stage.fast, stage.slow):
+                if self._orbit(shaft, stage.carrier) > CLOSED * abs(stage.pair.a):
+                    carriers[shaft.name] = stage.carrier
+        return carriers
 
     @property
-    def driving(self) -> Shaft:
-        """Shaft whose speed the drive prescribes."""
-        return self.stages[0].fast
+    def planets_on_pins(self) -> tuple[str, ...]:
+        """Names of the planets on elastic pins, which move in the plane."""
+        return tuple(shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.bearings)
 
     @property
-    def driven(self) -> Shaft:
-        """Shaft that carries the load torque."""
-        return self.stages[-1].slow
+    def carriers_of_pins(self) -> set[str]:
+        """Names of the carriers of such planets."""
+        return {self.planets[name].name for name in self.planets_on_pins}
+
+    def _orbit(self, shaft: Shaft, carrier: Shaft) -> float:
+        """Distance [m] of a shaft from the axis of a carrier."""
+        return hypot(*np.subtract(self.shaft_positions[shaft.name], self.shaft_positions[carrier.name]))
+
+    @cached_property
+    def inertias(self) -> dict[str, float]:
+        """Inertia of each shaft about z [kg m^2], of a carrier with the masses of its planets on their circle."""
+        by_name = {shaft.name: shaft.inertia for shaft in self.shafts}
+        for shaft in self.shafts:
+            if carrier := self.planets.get(shaft.name):
+                by_name[carrier.name] += shaft.mass * self._orbit(shaft, carrier) ** 2
+        return by_name
+
+    @property
+    def body_inertias(self) -> dict[str, float]:
+        """Inertia of the body of each shaft about z [kg m^2]: `inertias`, but for planets that move on their own."""
+        by_name = dict(self.inertias)
+        for shaft in self.shafts:
+            if shaft.name in self.planets_on_pins:
+                carrier = self.planets[shaft.name]
+                by_name[carrier.name] -= shaft.mass * self._orbit(shaft, carrier) ** 2
+        return by_name
+
+    @property
+    def reaction_members(self) -> tuple[str, ...]:
+        """Names of the shafts that do not turn: held ones, and those on a `TorqueSupport`."""
+        return (*self.held, *(shaft.name for shaft in self.shafts if shaft.torque_supports))
+
+    @property
+    def turning_inertias(self) -> dict[str, float]:
+        """`inertias` with those of the rotors behind the couplings of each shaft [kg m^2]."""
+        return {shaft.name: self.inertias[shaft.name] + shaft.rotor_inertia for shaft in self.shafts}
 
     @property
     def ends(self) -> dict[str, Shaft]:
@@ -92,13 +160,24 @@ class Gearbox:
     @property
     def rows(self) -> np.ndarray:
         """(n_stage, n_shaft) deflections of the meshes per spin of the shafts [m/rad]: deflections = rows @ spins."""
+        return self._rows(self.flank_senses)
+
+    def _rows(self, senses: Sequence[int]) -> np.ndarray:
+        """`rows` for other senses of the flanks (n_stage,)."""
         column = {shaft.name: j for j, shaft in enumerate(self.shafts)}
         rows = np.zeros((len(self.stages), len(column)))
-        for row, stage in zip(rows, self.stages, strict=True):
-            direction = self.directions[stage.fast.name]
-            row[column[stage.fast.name]] = direction * stage.pair.pinion.r_b
-            row[column[stage.slow.name]] = direction * stage.pair.wheel.r_b
+        for row, stage, sense in zip(rows, self.stages, senses, strict=True):
+            r_1, r_2 = stage.pair.pinion.r_b, stage.pair.wheel.r_b
+            row[column[stage.fast.name]] = sense * r_1
+            row[column[stage.slow.name]] = sense * r_2
+            if stage.carrier:
+                row[column[stage.carrier.name]] = -sense * (r_1 + r_2)
         return rows
+
+    @checked
+    def direction_of(self, stage: Stage) -> int:
+        """Sense +1 or -1 in which the pinion of a stage drives with its driving flanks, as in `flank_senses`."""
+        return self.flank_senses[self.stages.index(stage)]
 
     @checked
     def static_forces(self, load: Finite, acceleration: Finite = 0.0) -> list[float]:
@@ -109,9 +188,13 @@ class Gearbox:
 
         In loops the meshes share the load so that their elastic energy is least, at the largest stiffness of each.
         """
+        return self.forces_under(self._load(load), acceleration, held=self.driving.name).tolist()
+
+    def _load(self, load: float) -> np.ndarray:
+        """(n_shaft,) torques about z [N m] of a load against the motion of the driven shaft."""
         torques = np.zeros(len(self.shafts))
         torques[self.shafts.index(self.driven)] = -self.directions[self.driven.name] * load
-        return self.forces_under(torques, acceleration, held=self.driving.name).tolist()
+        return torques
 
     @checked
     def forces_under(self, torques: Numbers, acceleration: Finite, *, held: str) -> np.ndarray:
@@ -120,26 +203,64 @@ class Gearbox:
         acceleration   of the driving shaft [rad/s^2]
         held           name of the shaft whose speed is imposed; its drive takes the torque that is left
         """
+        return self._forces_under(self.rows, torques, acceleration, held)
+
+    def _forces_under(self, rows: np.ndarray, torques, acceleration: float, held: str) -> np.ndarray:
+        """`forces_under` with other rows."""
         shafts = [shaft.name for shaft in self.shafts]
         shape = f"torques must have the shape ({len(shafts)},), a value for each of {shafts}, got {np.shape(torques)}"
         require(np.shape(torques) == (len(shafts),), shape)
         require(held in shafts, f"held must be one of the shafts {shafts}, got {held!r}")
-        inertia_torques = [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
+        inertia_torques = [self.turning_inertias[name] * self.ratios[name] * acceleration for name in shafts]
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
-        free = [name != held for name in shafts]
-        balance = (self.rows * root[:, None]).T[free]
+        free = [name != held and name not in self.reaction_members for name in shafts]
+        balance = (rows * root[:, None]).T[free]
         return root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
 
     @checked
     def offsets(self, stage: Stage) -> dict[str, float]:
         """a [m], misalignment [rad] and axial [m] of a stage whose shafts are displaced (signs as in `fem.Offsets`)."""
-        return stage_offsets(stage, self.shaft_positions, self.directions[stage.fast.name])
+        return stage_offsets(stage, self.shaft_positions, self.direction_of(stage))
 
     def _check_names(self) -> None:
         for stage in self.stages:
-            for shaft in (stage.fast, stage.slow):
+            for shaft in stage.shafts:
                 namesake = next(listed for listed in self.shafts if listed.name == shaft.name)
                 require(namesake == shaft, f"two different shafts are named {shaft.name!r}; rename one")
+
+    def _choose_ends(self) -> None:
+        """Driving, driven and held shafts, by their names or by default; ValueError for shafts that do not exist."""
+        names = [shaft.name for shaft in self.shafts]
+        listed = isinstance(self.held, str | list | tuple) and all(isinstance(name, str) for name in self.held)
+        require(listed, f"held must be the name of a shaft, or a list of names, got {text_of(self.held)}")
+        held = (self.held,) if isinstance(self.held, str) else tuple(self.held)
+        unknown = [name for name in held if name not in names]
+        require(not unknown, f"held: no shafts {unknown}; the shafts are {names}")
+        object.__setattr__(self, "held", held)
+        first, last = self._members(self.stages[0]), self._members(self.stages[-1])
+        driving = self._end("driving", [first["sun"], first["ring"]])
+        object.__setattr__(self, "driving", driving)
+        candidates = [last["carrier"], last["ring"], last["sun"]] if self.stages[-1].carrier else [last["ring"]]
+        candidates = sorted(candidates, key=lambda shaft: shaft.name == driving.name)
+        object.__setattr__(self, "driven", self._end("driven", candidates))
+
+    def _members(self, stage: Stage) -> dict[str, Shaft]:
+        """Sun, ring and carrier of the set of a stage: of its carrier the first fast and the last slow shaft."""
+        on_carrier = [x for x in self.stages if x.carrier and stage.carrier and x.carrier.name == stage.carrier.name]
+        first, last = (on_carrier or [stage])[0], (on_carrier or [stage])[-1]
+        return {"sun": first.fast, "ring": last.slow, "carrier": stage.carrier or last.slow}
+
+    def _end(self, role: str, candidates: Sequence[Shaft]) -> Shaft:
+        """The shaft that is given for a role, or the first of the candidates that is not held."""
+        given = getattr(self, role)
+        if given is None:
+            return next((shaft for shaft in candidates if shaft.name not in self.reaction_members), candidates[0])
+        require(isinstance(given, Shaft | str), f"{role} must be a Shaft or its name, got {text_of(given)}")
+        name = given.name if isinstance(given, Shaft) else given
+        shafts = {shaft.name: shaft for shaft in self.shafts}
+        require(name in shafts, f"{role}: no shaft {name!r}; the shafts are {[*shafts]}")
+        require(name not in self.reaction_members, f"{role}: shaft {name!r} is held; name another one")
+        return shafts[name]
 
     def _check_item_names(self) -> None:
         """Require that the items of Exudyn's system have different names."""
@@ -166,20 +287,57 @@ class Gearbox:
 
     def _place_shafts(self) -> None:
         traversal = traverse_shafts(self.stages)
-        ratios = speed_ratios(self.stages, traversal)
-        directions = {name: 1 if ratio > 0 else -1 for name, ratio in ratios.items()}
+        if self.reaction_members or any(stage.carrier for stage in self.stages):
+            ratios = exact_speeds(self.stages, self.driving.name, self.reaction_members)
+        else:
+            ratios = speed_ratios(self.stages, traversal)
+            ratios = {name: ratio / ratios[self.driving.name] for name, ratio in ratios.items()}
+        directions = {name: 1 if ratio >= 0 else -1 for name, ratio in ratios.items()}
         object.__setattr__(self, "ratios", {name: float(ratio) for name, ratio in ratios.items()})
         object.__setattr__(self, "directions", directions)
         object.__setattr__(self, "shaft_positions", shaft_positions(self.stages, traversal))
+
+    def _senses_of_flanks(self) -> tuple[int, ...]:
+        """Sense of the driving flanks of each stage (`flank_senses`).
+
+        Along gears that mesh with one another the senses follow: a gear between two mates is pushed on the one flank
+        and pushes with the other one. In a train on a carrier that of all is set by its most loaded mesh.
+        """
+        senses = [self.directions[stage.fast.name] for stage in self.stages]
+        edges, waiting = [stage.ends for stage in self.stages], set(range(len(self.stages)))
+        trains = []
+        while waiting:
+            train = traverse(edges, edges[min(waiting)][0])
+            numbers = [*(i for i, _ in train.tree), *train.closing]
+            waiting -= set(numbers)
+            if any(self.stages[i].carrier for i in numbers):
+                trains.append(numbers)
+                of_gears = {edges[numbers[0]][0]: 1}
+                for i, sense in train.tree:
+                    reached, new = edges[i][::sense]
+                    inside = self.stages[i].pair.wheel.z < 0
+                    of_gears[new] = of_gears[reached] if inside else -of_gears[reached]
+                for i in numbers:
+                    senses[i] = of_gears[edges[i][0]]
+        if trains:
+            forces = self._forces_under(self._rows(senses), self._load(1.0), 0.0, self.driving.name)
+            for numbers in trains:
+                most = max(numbers, key=lambda i: abs(forces[i]))
+                backwards = forces[most] < -ROUNDING * np.abs(forces).max()
+                for i in numbers:
+                    senses[i] *= -1 if backwards else 1
+        return tuple(senses)
 
     def _check_flanks(self) -> None:
         """Require that all flanks that a load presses touch at the same time, also back flanks in loops."""
         forces = np.array(self.static_forces(1.0))
         backlashes = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
         advance = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(backlashes), 0.0)
-        rows = self.rows[:, 1:]
+        ends = self.driving.name, *self.reaction_members
+        rows = self.rows[:, [shaft.name not in ends for shaft in self.shafts]]
         apart = np.abs(advance - rows @ np.linalg.lstsq(rows, advance)[0]).max()
         back = [stage.name for stage, x in zip(self.stages, advance, strict=True) if x]
         cause = f"stages {back} are driven from their slow shafts; name the shaft of the driving gear fast"
-        together = bool(apart < TOGETHER * min(stage.pair.p_bt for stage in self.stages))
+        pitches = [2 * pi * stage.pair.pinion.r_b / stage.pair.pinion.z for stage in self.stages]
+        together = bool(apart < TOGETHER * min(pitches))
         require(together, f"loaded flanks of a loop do not touch at the same time: {cause}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.plausibility import check_damping_ratio
 from fem.support.validation import require
@@ -15,12 +16,12 @@ from fem.support.validation import require
 MEANT_AS_RATIO, LEAST_RATIO, LARGEST_RATIO = (1e-3, 1.0), 1e-3, 10.0
 
 
-def reduced_mass(pair: GearPair, fast: Shaft, slow: Shaft) -> float:
+def reduced_mass(pair: GearPair | RingPair, fast: Shaft, slow: Shaft) -> float:
     """Mass [kg] of two spinning shafts on the line of action: 1 / (r_b1^2 / J_1 + r_b2^2 / J_2)."""
     return 1 / (pair.pinion.r_b**2 / fast.inertia + pair.wheel.r_b**2 / slow.inertia)
 
 
-def mean_stiffness(force: MeshForce, pair: GearPair) -> float:
+def mean_stiffness(force: MeshForce, pair: GearPair | RingPair) -> float:
     """Mean tangent stiffness over a pitch [N/m] at the law's largest deflection, the gears aligned within its axes."""
     aligned = {"a": pair.a, "misalignment": 0.0, "axial": 0.0}
     within = {name: float(np.clip(aligned[name], axis[0], axis[-1])) for name, axis in force.offsets.items()}
@@ -28,7 +29,7 @@ def mean_stiffness(force: MeshForce, pair: GearPair) -> float:
     return float(law.table.head.last_stiffness)
 
 
-def critical_damping(force: MeshForce, pair: GearPair, fast: Shaft, slow: Shaft) -> float:
+def critical_damping(force: MeshForce, pair: GearPair | RingPair, fast: Shaft, slow: Shaft) -> float:
     """2 sqrt(k m) [N s/m] of the mesh of two shafts that are free to spin: the damping of a damping ratio of 1.
 
     k is the `mean_stiffness` of the mesh, m the `reduced_mass` of the shafts.

@@ -7,10 +7,14 @@ the middle of the wheel's tooth half a tooth thickness ahead of it, both on the 
 mesh is the tooth position of either gear minus the tooth position of that gear at phase 0; a gear with two mates thus
 couples the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch. Tooth positions
 are those in the mid-plane of each gear: where the mid-planes of a helical pair differ, the helix turns the wheel.
+
+Planets are taken where they stand in the reference configuration; as their carrier turns, phases stay. A ring has the
+pitch point on the same side as its mate, and z < 0: its tooth position grows as it turns with the pinion. It is counted
+from the flank that touches: a ring meshes with planets alone, and its tooth thickness shifts all of them alike.
 """
 
 from collections.abc import Mapping, Sequence
-from math import pi
+from math import cos, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +22,7 @@ import numpy as np
 from exugear.gearbox.gear_train import Path, Traversal, fitting_angles, fitting_remedy, traverse
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
+from fem.pair.pair import GearPair
 from fem.pair.placement import meshing_angles
 from fem.support.validation import require
 
@@ -38,13 +43,14 @@ class AtPhaseZero(NamedTuple):
 
 
 def phases(
-    stages: Sequence[Stage], directions: Mapping[str, int], positions: Mapping[str, tuple[float, float]]
+    stages: Sequence[Stage], directions: Sequence[int], positions: Mapping[str, tuple[float, float]]
 ) -> tuple[float, ...]:
     """Phase of every stage; ValueError where the teeth of a loop of gears do not fit, or given phases disagree.
 
-    directions, positions   sense of rotation, and x, y [m], of each shaft
+    directions   sense in which the pinion of each stage drives, +1 or -1
+    positions    x, y [m] of each shaft
     """
-    at_zero = [_at_phase_zero(stage, directions[stage.fast.name], positions) for stage in stages]
+    at_zero = [_at_phase_zero(stage, direction, positions) for stage, direction in zip(stages, directions, strict=True)]
     edges = [stage.ends for stage in stages]
     known: dict[int, float] = {}
     while rest := [i for i in range(len(stages)) if i not in known]:
@@ -54,15 +60,20 @@ def phases(
 
 
 def _at_phase_zero(stage: Stage, direction: int, positions: Mapping[str, tuple[float, float]]) -> AtPhaseZero:
-    axial = stage_offsets(stage, positions, direction)["axial"]
-    pinion, wheel = meshing_angles(stage.pair, stage.angle, direction, axial=axial)
+    pair, axial = stage.pair, stage_offsets(stage, positions, direction)["axial"]
+    if not isinstance(pair, GearPair) or pair.wheel.z < 0:
+        r_w = pair.pinion.r_b / cos(pair.alpha_wt)
+        half_a_tooth = pair.pinion.z * pair.pinion.thickness(r_w) / (4 * pi * r_w)
+        at_line = direction * stage.angle / (2 * pi)
+        return AtPhaseZero(pair.pinion.z * at_line - half_a_tooth, -pair.wheel.z * at_line)
+    pinion, wheel = meshing_angles(pair, stage.angle, direction, axial=axial)
     return AtPhaseZero(
         direction * stage.pair.pinion.z * pinion / (2 * pi), -direction * stage.pair.wheel.z * wheel / (2 * pi)
     )
 
 
 def _phases_of_train(
-    stages: Sequence[Stage], directions: Mapping[str, int], at_zero: Sequence[AtPhaseZero], train: Traversal
+    stages: Sequence[Stage], directions: Sequence[int], at_zero: Sequence[AtPhaseZero], train: Traversal
 ) -> dict[int, float]:
     """Phases of the stages whose gears mesh with one another."""
     positions = dict.fromkeys(train.paths, 0.0)
@@ -94,7 +105,7 @@ def wrapped(share: float) -> float:
 
 
 def _check_loops(
-    stages: Sequence[Stage], directions: Mapping[str, int], at_zero: Sequence[AtPhaseZero], train: Traversal
+    stages: Sequence[Stage], directions: Sequence[int], at_zero: Sequence[AtPhaseZero], train: Traversal
 ) -> None:
     """Require the assembly condition: along a loop of gears the teeth must fit."""
     for i in train.closing:
@@ -108,11 +119,11 @@ def _check_loops(
 
 
 def _assembling_angles(
-    stages: Sequence[Stage], directions: Mapping[str, int], loop: Path, miss: float
+    stages: Sequence[Stage], directions: Sequence[int], loop: Path, miss: float
 ) -> dict[int, float] | None:
     """Angles by stage with which a loop can be assembled; miss: its present phase error as share of a pitch."""
     teeth = [stages[i].pair.pinion.z + stages[i].pair.wheel.z for i, _ in loop]
-    senses = [-sense * directions[stages[i].fast.name] for i, sense in loop]
+    senses = [-sense * directions[i] for i, sense in loop]
     slopes = np.array(senses) * teeth / (2 * pi)
     given = np.array([stages[i].angle for i, _ in loop])
     return fitting_angles(stages, loop, lambda angles: float(miss + slopes @ (angles - given)))

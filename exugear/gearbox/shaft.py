@@ -10,6 +10,7 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.mesh_force.ring_pair import Ring
 from fem.gear.gear import Gear
 from fem.gear.material import cylinder
 from fem.support.arguments import DERIVED, Finite, checked
@@ -184,7 +185,30 @@ def rotors_of(shaft: str, couplings: Sequence[Coupling]) -> tuple[Rotor, ...]:
     return tuple(rotors)
 
 
-Part = Gear | Bearing | Disc | Coupling | Drag | BearingDrag
+@checked
+@short(torsion="N m/rad", damping_time="s")
+@dataclass(frozen=True)
+class TorqueSupport:
+    """A torsional spring and damper between a shaft and the housing: an elastic torque arm, which takes the reaction.
+
+    torsion        stiffness [N m/rad]
+    damping_time   damping over stiffness [s]
+
+    A shaft with it does not turn but for its deflection. Raises ValueError for values that suggest another unit.
+    """
+
+    torsion: float
+    damping_time: float = 0.0
+
+    def __post_init__(self):
+        require_all("a torque support", self, {"torsion": "N m/rad"})
+        rigid = f"torsion {self.torsion:g} N m/rad is effectively rigid (from {RIGID:g} on)"
+        require(self.torsion < RIGID, f"{rigid}; leave the support out and hold the shaft: Gearbox(..., held=...)")
+        ratio = f"damping_time must lie in [0, 0.1) s, got {self.damping_time}; pass damping / stiffness"
+        require(0 <= self.damping_time < 0.1, ratio)
+
+
+Part = Gear | Ring | Bearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag
 NO_DISPLACEMENT = Placement()
 
 
@@ -196,7 +220,7 @@ def check_parts(name: str, parts) -> None:
         number(f"axial positions of {name}", axial)
         group = part if isinstance(part, list | tuple) else (part,)
         wrong = [x for x in group if not isinstance(x, Part)]
-        kinds = f"{name} holds fem.Gear, Bearing, Disc, Coupling, Drag and BearingDrag"
+        kinds = f"{name} holds fem.Gear, RingPair.wheel, Bearing, Disc, Coupling, TorqueSupport, Drag and BearingDrag"
         require(not wrong, f"{kinds}, got {text_of(wrong[0]) if wrong else wrong} at {axial:g} m")
 
 
@@ -206,9 +230,12 @@ def check_parts(name: str, parts) -> None:
 class Shaft:
     """A rigid shaft along z with its gears. Without bearings it only spins; on bearings it also moves and tilts.
 
+    A carrier is a shaft on which planets turn, with or without gears of its own.
+
     name         of the shaft, unique in a gearbox
-    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc`, `Coupling`, `Drag` or `BearingDrag`, or a list of
-                 them
+    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc`, `Coupling`, `TorqueSupport`, `Drag` or
+                 `BearingDrag`, or a list of them; the ring of a `RingPair` (its `wheel`) has no body: pass inertia and
+                 mass, or a `Disc`
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid disc of its
                  material up to the mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears
@@ -217,7 +244,7 @@ class Shaft:
     length       [m]; all parts must then lie within [0, length]
     offset       `Placement`: static displacement from the nominal position
 
-    Raises ValueError for shafts without gears, parts outside the shaft, impossible inertias, and bearings that do not
+    Raises ValueError for shafts without a body, parts outside the shaft, impossible inertias, and bearings that do not
     hold the shaft against displacement and tilt.
     """
 
@@ -245,10 +272,10 @@ class Shaft:
         require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
         drawn = self.name[0] != "_" and "$" not in self.name
         require(drawn, f"name of a shaft must not begin with _ or hold $, which plots cannot draw, got {self.name!r}")
-        require(bool(self.gears), f"shaft {self.name!r} carries no gear; add one to parts")
-        for kind in (Gear, Bearing):
+        for kind in (Gear | Ring, Bearing):
             positions = [axial for axial, _ in self._parts_of(kind)]
-            twice = f"shaft {self.name!r} carries two of a kind at one position: {kind.__name__} at {positions} m"
+            of_kind = "Bearing" if kind is Bearing else "Gear"
+            twice = f"shaft {self.name!r} carries two of a kind at one position: {of_kind} at {positions} m"
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
         names = [self.name, *(rotor.name for rotor in self.rotors)]
         require(len({*names}) == len(names), f"rotors of shaft {self.name!r} share a name, got {names}; rename one")
@@ -268,8 +295,11 @@ class Shaft:
         require(not outside, f"positions outside the shaft {self.name!r}: {remedy}")
 
     def _fill_defaults(self) -> None:
-        turning = self._parts_of(Disc) + [(axial, blank(gear)) for axial, gear in self.gears.items()]
+        turning = self._parts_of(Disc) + [(axial, blank(gear)) for axial, gear in self._parts_of(Gear)]
         total = sum(disc.mass for _, disc in turning)
+        if not turning:
+            self._fill_without_body()
+            return
         object.__setattr__(self, "centre", sum(disc.mass * axial for axial, disc in turning) / total)
         if self.mass is None:
             object.__setattr__(self, "mass", total)
@@ -279,6 +309,16 @@ class Shaft:
             levers = [disc.mass * (axial - self.centre) ** 2 for axial, disc in turning]
             widths = [disc.transverse - disc.inertia / 2 for _, disc in turning]
             object.__setattr__(self, "transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
+
+    def _fill_without_body(self) -> None:
+        """Centre and transverse inertia of a shaft whose parts have no mass: of a carrier, or of a `RingPair`."""
+        known = self.inertia is not None and self.mass is not None
+        body = f"shaft {self.name!r} has no part with a body: no fem.Gear and no Disc"
+        require(known, f"{body}; pass inertia= and mass=, or add a Disc to parts")
+        axial = list(self.gears) or list(self.parts) or [0.0]
+        object.__setattr__(self, "centre", sum(axial) / len(axial))
+        if self.transverse is None:
+            object.__setattr__(self, "transverse", self.inertia / 2)
 
     def _check_support(self) -> None:
         """Require bearings that support all motions but the spin: a stiffness matrix of rank 5."""
@@ -296,11 +336,14 @@ class Shaft:
 
     def _check_beside_gears(self) -> None:
         """Warn of parts that no machine has beside such gears: probably in another unit."""
+        if not self.gears:
+            return
         largest = max(self.gears.values(), key=lambda gear: gear.r**2 * gear.b)
-        for _, disc in self.discs:
-            check_rotor_mass(disc.mass, sum(blank(gear).mass for gear in self.gears.values()))
+        bodies = [blank(gear).mass for _, gear in self._parts_of(Gear)]
+        for _, disc in self.discs if bodies else ():
+            check_rotor_mass(disc.mass, sum(bodies))
         if self.coupling:
-            check_torsion(self.coupling.torsion, 2 * largest.r, largest.b)
+            check_torsion(self.coupling.torsion, 2 * abs(largest.r), largest.b)
 
     def _parts_of(self, kind) -> list:
         """All parts of a kind as (axial position [m], part), also where a list of parts shares a position."""
@@ -308,9 +351,9 @@ class Shaft:
         return [(axial, part) for axial, group in groups for part in group if isinstance(part, kind)]
 
     @property
-    def gears(self) -> dict[float, Gear]:
+    def gears(self) -> dict[float, Gear | Ring]:
         """Axial position [m] -> gear."""
-        return dict(self._parts_of(Gear))
+        return dict(self._parts_of(Gear | Ring))
 
     @property
     def bearings(self) -> dict[float, Bearing]:
@@ -327,6 +370,11 @@ class Shaft:
         """(axial position [m], drag) of each drag, first those of the bearings."""
         of_bearings = [(axial, bearing.drag) for axial, bearing in self.bearings.items() if bearing.drag]
         return of_bearings + self._parts_of(Drag | BearingDrag)
+
+    @property
+    def torque_supports(self) -> list[TorqueSupport]:
+        """The torsional springs between the shaft and the housing."""
+        return [support for _, support in self._parts_of(TorqueSupport)]
 
     @property
     def coupling(self) -> Coupling | None:
@@ -354,7 +402,12 @@ class Shaft:
     @property
     def turning_inertia(self) -> float:
         """Inertia about z of the shaft and of the rotors behind its couplings [kg m^2]."""
-        return self.inertia + sum(rotor.coupling.inertia for rotor in self.rotors)
+        return self.inertia + self.rotor_inertia
+
+    @property
+    def rotor_inertia(self) -> float:
+        """Inertia about z of all rotors behind the couplings of the shaft [kg m^2]."""
+        return sum(rotor.coupling.inertia for rotor in self.rotors)
 
     @property
     def support(self) -> np.ndarray:

@@ -30,13 +30,15 @@ class ShaftMotion:
 
     spin, speed   about z [rad, rad/s]
     q, q_t        (n, 5) displacements [m] and tilts [rad] of the centre of mass, and their rates; None for a shaft that
-                  only spins
+                  only spins; of a planet on a pin along and across the pin's radius, against its carrier
+    velocity      (n, 5) of such a planet against the ground in these directions; else None
     """
 
     spin: np.ndarray
     speed: np.ndarray
     q: np.ndarray | None = None
     q_t: np.ndarray | None = None
+    velocity: np.ndarray | None = None
 
 
 def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
@@ -102,8 +104,8 @@ def _motion_at(shaft: Shaft, axial: float, components: int) -> np.ndarray:
 
 
 def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
-    """(n,) energy of all bearings of a shaft [J]; 0 for a shaft that only spins."""
-    energy = np.zeros(motion.spin.size)
+    """(n,) energy of all bearings and torque supports of a shaft [J]; 0 for a shaft that only spins."""
+    energy = 0.5 * sum(support.torsion for support in shaft.torque_supports) * np.square(motion.spin, dtype=float)
     if motion.q is not None:
         for axial, bearing in shaft.bearings.items():
             energy += strain_energy(bearing, axial - shaft.centre, motion.q)
@@ -135,21 +137,23 @@ def braking_torques(shaft: Shaft, omega: np.ndarray, q: np.ndarray | None) -> np
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)
 
 
-def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
+def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: float) -> np.ndarray:
     """(n,) kinetic energy of a shaft and of its rotors [J], from their motions by name.
+
+    inertia   of the shaft about z [kg m^2], of a carrier with that of its planets on their circle
 
     An Rxyz body turns about its axis by the rate of its spin plus that of the first tilt times the sine of the second.
     """
     motion = motions[shaft.name]
     energy, about_axis = np.zeros(motion.speed.size), motion.speed
     if motion.q is not None and motion.q_t is not None:
-        x, y, z, a_t, b_t = motion.q_t.T
+        x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity).T
         b = shaft.offset.tilt_y + motion.q[:, 4]
         about_axis = about_axis + a_t * np.sin(b)
         energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
     for rotor in shaft.rotors:
         energy = energy + rotor.coupling.inertia * motions[rotor.name].speed ** 2
-    return 0.5 * (energy + shaft.inertia * about_axis**2)
+    return 0.5 * (energy + inertia * about_axis**2)
 
 
 def coupling_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:

@@ -11,6 +11,7 @@ from exugear.gearbox.mesh_damping import check_damping, critical_damping
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import DAMPING_RAMP, MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
+from exugear.mesh_force.ring_pair import Ring, RingPair
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
@@ -34,7 +35,8 @@ class Stage:
     fast, slow      `exugear.Shaft` of the pinion and of the wheel; where the axial positions of their mid-planes
                     differ, the map must be made for that axial offset, or have it within its axis
     mesh            STE map (`fem.static_transmission_error`), or an `exugear.MeshForce` together with its pair
-    pair            `fem.GearPair`, also of a pinion in a ring, by default the map's
+    pair            `fem.GearPair`, by default the map's; where the wheel is a ring, around the fast shaft, a
+                    `fem.GearPair(planet, ring)` or a `RingPair`
     damping         along the line of action [N s/m], by default none
     damping_ratio   instead of damping, in (0, 1), usually 0.03 to 0.17: its share of `critical_damping`. The mode of
                     two shafts that are free to spin has this ratio; where the drive prescribes the speed of the fast
@@ -47,14 +49,17 @@ class Stage:
                     slow shaft to the fast one, which is the side where the teeth mesh
     phase           of the mesh in the reference configuration, as share of a pitch; by default the phase that the
                     other meshes of its gears require, or 0 where they leave it free
+    carrier         `exugear.Shaft` on which the axes of the gears turn: a sun (fast) and a planet, a planet (fast) and
+                    a ring, or two planets; the first stage on a carrier has its sun as fast shaft.
+                    `exugear.Planetary` writes all stages of a set
 
     Derived from them:
 
     force             `exugear.MeshForce` with the damping
     axial_positions   of pinion and wheel on their shafts [m]
     critical_damping  2 sqrt(k m) [N s/m] with the mass m = 1 / (r_b1^2 / J_1 + r_b2^2 / J_2) of both shafts, free to
-                      spin, without the rotors behind their couplings, and the mean k over a pitch of the tangent
-                      stiffness at the largest torque of the map, the gears aligned
+                      spin, without the rotors behind their couplings, on a carrier that stands, and the mean k over a
+                      pitch of the tangent stiffness at the largest torque of the map, the gears aligned
 
     Raises ValueError where the shafts do not carry the pair's gears opposite each other, or at several axial positions
     of which none is chosen, and for a damping that suggests another unit.
@@ -63,7 +68,7 @@ class Stage:
     fast: Shaft
     slow: Shaft
     mesh: xr.Dataset | MeshForce
-    pair: GearPair = field(default=DERIVED, kw_only=True)
+    pair: GearPair | RingPair = field(default=DERIVED, kw_only=True)
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
     damping_ramp: float | None = field(default=None, kw_only=True)
@@ -72,6 +77,7 @@ class Stage:
     angle: float = field(default=0.0, kw_only=True)
     phase: float | None = field(default=None, kw_only=True)
     axial_position: float | None = field(default=None, kw_only=True)
+    carrier: Shaft | None = field(default=None, kw_only=True)
     force: MeshForce = field(init=False, repr=False)
     axial_positions: tuple[float, float] = field(init=False, repr=False)
 
@@ -80,6 +86,9 @@ class Stage:
             shaft = getattr(self, name)
             require(isinstance(shaft, Shaft), f"{name} must be an exugear.Shaft, got {type(shaft).__name__}")
         require(self.fast.name != self.slow.name, f"fast and slow must be two shafts, both are {self.fast.name!r}")
+        if self.carrier is not None:
+            third = f"carrier must be a third shaft, got {self.carrier.name!r}, which carries a gear of the stage"
+            require(self.carrier.name not in (self.fast.name, self.slow.name), third)
         limit = f"angle must lie within 2 pi, got {self.angle:g}; pass radians: 30*deg"
         require(abs(self.angle) <= 2 * pi, limit)
         if self.phase is not None:
@@ -87,7 +96,8 @@ class Stage:
         mesh = self.mesh
         force = self._given_force(mesh) if isinstance(mesh, MeshForce) else self._force_of_map(mesh)
         object.__setattr__(self, "force", force)
-        require(isinstance(self.pair, GearPair), f"pair must be a fem.GearPair, got {self.pair}; a MeshForce needs one")
+        given = isinstance(self.pair, GearPair | RingPair)
+        require(given, f"pair must be a fem.GearPair or a RingPair, got {self.pair}; a MeshForce needs one")
         if self.friction is not None:
             self.friction.check_pair(self.pair)
         object.__setattr__(self, "axial_positions", self._find_gears())
@@ -162,13 +172,19 @@ class Stage:
         return f"{self.fast.name}-{self.slow.name}"
 
     @property
+    def shafts(self) -> tuple[Shaft, ...]:
+        """Shafts of pinion and wheel, and their carrier, if any."""
+        return (self.fast, self.slow) if self.carrier is None else (self.fast, self.slow, self.carrier)
+
+    @property
     def ends(self) -> tuple[tuple[str, float], tuple[str, float]]:
         """Pinion and wheel as (name of the shaft, axial position [m])."""
         return (self.fast.name, self.axial_positions[0]), (self.slow.name, self.axial_positions[1])
 
 
-def gear_positions(shaft: Shaft, gear: Gear, role: str) -> list[float]:
+def gear_positions(shaft: Shaft, gear: Gear | Ring, role: str) -> list[float]:
     """Axial positions [m] of a gear on a shaft; ValueError where the shaft lacks it, naming the most similar gear."""
+    require(bool(shaft.gears), f"shaft {shaft.name!r} carries no gear; add the pair's {role} to its parts")
     positions = [axial for axial, candidate in shaft.gears.items() if candidate == gear]
     unlike = min((_differences(candidate, gear) for candidate in shaft.gears.values()), key=len)
     similar = f"the most similar gear there has {', '.join(unlike[:3])}"
@@ -177,7 +193,10 @@ def gear_positions(shaft: Shaft, gear: Gear, role: str) -> list[float]:
     return positions
 
 
-def _differences(candidate: Gear, wanted: Gear) -> list[str]:
-    names = [part.name for part in fields(Gear) if getattr(candidate, part.name) != getattr(wanted, part.name)]
-    values = [[field_text(Gear, name, getattr(gear, name)) for gear in (candidate, wanted)] for name in names]
+def _differences(candidate: Gear | Ring, wanted: Gear | Ring) -> list[str]:
+    kinds = type(candidate), type(wanted)
+    if kinds[0] is not kinds[1]:
+        return [f"z {candidate.z} instead of {wanted.z}"]
+    names = [part.name for part in fields(kinds[0]) if getattr(candidate, part.name) != getattr(wanted, part.name)]
+    values = [[field_text(kinds[0], name, getattr(gear, name)) for gear in (candidate, wanted)] for name in names]
     return [f"{name} {has} instead of {needs}" for name, (has, needs) in zip(names, values, strict=True)]

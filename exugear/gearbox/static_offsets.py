@@ -14,6 +14,8 @@ from fem.units import mm
 def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
     """a [m], misalignment [rad] and axial [m] under the shafts' static displacement, with the signs of `fem.Offsets`.
 
+    a < 0 of a ring, as of its pair.
+
     positions   x, y of the shafts [m]
     direction   sense of the pinion's rotation, +1 or -1
 

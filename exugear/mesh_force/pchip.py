@@ -31,6 +31,12 @@ def hermite_slope(t, y_0, m_0, y_1, m_1):
 
 
 @compiled
+def hermite_bend(t, y_0, m_0, y_1, m_1):
+    """Second derivative by t of `hermite`."""
+    return (12.0 * t - 6.0) * (y_0 - y_1) + (6.0 * t - 4.0) * m_0 + (6.0 * t - 2.0) * m_1
+
+
+@compiled
 def end_slope(h_0, h_1, m_0, m_1):
     """Slope at an end of the curve from the two nearest intervals h and secants m, limited to keep it monotone."""
     slope = ((2.0 * h_0 + h_1) * m_0 - h_0 * m_1) / (h_0 + h_1)

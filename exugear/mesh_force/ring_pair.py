@@ -10,15 +10,20 @@ from fem.support.validation import require
 from fem.units import mm
 
 
-@short(r_b="mm", b="mm", beta="deg")
+@short(r_b="mm", b="mm", beta="deg", m_n="mm", r="mm")
 @dataclass(frozen=True)
 class Ring:
-    """Internal gear with z < 0 teeth; r_b base radius < 0 [m], b face width [m], beta helix angle [rad]."""
+    """Internal gear with z < 0 teeth, whose body is not known: a shaft that carries it needs its inertia and mass.
+
+    r_b base radius < 0 [m], b face width [m], beta helix angle [rad], m_n normal module [m], r reference radius < 0 [m]
+    """
 
     z: int
     r_b: float
     b: float
     beta: float
+    m_n: float
+    r: float
 
 
 @checked
@@ -55,7 +60,8 @@ class RingPair:
     @property
     def wheel(self) -> Ring:
         """The ring gear."""
-        return Ring(self.z, self.pinion.r_b * self.z / self.pinion.z, self.pinion.b, self.pinion.beta)
+        pinion, ratio = self.pinion, self.z / self.pinion.z
+        return Ring(self.z, pinion.r_b * ratio, pinion.b, pinion.beta, pinion.m_n, pinion.r * ratio)
 
     @property
     def alpha_wt(self) -> float:

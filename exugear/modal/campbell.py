@@ -135,7 +135,7 @@ def campbell(
     speeds = np.linspace(speeds[0], speeds[1], SPEEDS) if speeds.size == 2 else speeds
     with in_loaded_equilibrium(model, torques, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, speeds, phase)
-    lines = tracked(system.mass, [modes_of(system, damping) for damping in system.damping])
+    lines = tracked(system.mass, [modes_of(system, number) for number in range(speeds.size)])
     orders = orders_of(model, harmonics)
     about = load_attributes(load, torques) | {"drive": drive, "idle_stages": system.idle_stages}
     return _dataset(system, speeds, lines, orders).assign_attrs(about)

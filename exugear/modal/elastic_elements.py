@@ -9,6 +9,7 @@ import numpy as np
 from exugear.gearbox.bearing_law import tangent_stiffness
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model
+from exugear.multibody.planet_pins import pin_rows
 from fem.units import mm
 
 #: Share of an entry of the whole stiffness below which the difference of matrices is rounding.
@@ -30,7 +31,10 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
     q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
     for shaft in model.gearbox.shafts:
         kind, spin = model.plan.shafts[shaft.name], model.spins[shaft.name]
-        if kind.on_bearings:
+        if shaft.torque_supports:
+            torsion = np.array([[sum(support.torsion for support in shaft.torque_supports)]])
+            yield ElasticElement(f"{shaft.name} torque support", "coupling", embedded(torsion, [spin], q.size))
+        if kind.on_bearings and shaft.name not in model.gearbox.planets:
             part, components = np.arange(spin - kind.spin_index, spin + 1), np.ix_(kind.components, kind.components)
             displacement = np.zeros(6)
             displacement[kind.components] = q[part]
@@ -42,6 +46,18 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             spring = rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
             ends = [model.turning[rotor.body], model.turning[rotor.name]]
             yield ElasticElement(rotor.spring, "coupling", embedded(spring, ends, q.size))
+
+
+def pins(model: Model) -> Iterator[ElasticElement]:
+    """The pins of planets between these and their carriers, in the initial state of the gearbox."""
+    q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
+    for pin in model.pins:
+        carrier, planet = model.spins[pin.carrier.name], model.spins[pin.planet.name]
+        n = len(model.plan.shafts[pin.carrier.name].components)
+        part = [*range(carrier - n + 1, carrier + 1), *range(planet - 2, planet + 1)]
+        rows = pin_rows(pin, q[carrier], n)
+        stiffness = float(pin.bearing.stiffness[0, 0]) * rows.T @ rows
+        yield ElasticElement(f"{pin.planet.name} pin", "bearing", embedded(stiffness, part, q.size))
 
 
 def springs(mbs, numbers: Sequence[int]) -> Iterator[ElasticElement]:

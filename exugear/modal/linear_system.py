@@ -1,16 +1,18 @@
 """A loaded system as linear equations: matrices, meshes and elastic elements, and the motions its constraints allow."""
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exugear.gearbox.shaft import Shaft
 from exugear.modal.elastic_elements import (
     UNNAMED,
     ElasticElement,
     bearings_and_couplings,
     embedded,
     names_of_nodes,
+    pins,
     springs,
 )
 from exugear.modal.mesh_tangents import mesh_tangent
@@ -24,6 +26,8 @@ from fem.support.validation import require
 
 #: Stiffness that no element accounts for, as share of the diagonal, above which it counts as a further element.
 UNACCOUNTED = 1e-6
+#: J of the velocities W J x in a frame that turns at W; relative difference of stiffnesses that is rounding.
+TURN, SAME = np.array([[0.0, -1.0], [1.0, 0.0]]), 1e-9
 NOT_PRESSED = (
     "load: no teeth are pressed in the initial state; take a larger load, of a hand-built system solve for its "
     "equilibrium with mbs.SolveStatic(updateInitialValues=True), which makes the solution its initial state"
@@ -43,6 +47,7 @@ class LinearSystem:
     mesh_stiffness    (n_stage,) [N/m]
     rows              (n_stage, n) slopes of the deflections of the meshes by the coordinates
     rigid             (n_free, r) motions that the constraints allow and that no element resists
+    centrifugal       (n_speed, n, n) stiffness that the turning of a carrier's frame adds at each speed; None without
     """
 
     mass: np.ndarray
@@ -55,6 +60,7 @@ class LinearSystem:
     mesh_stiffness: np.ndarray
     rows: np.ndarray
     rigid: np.ndarray
+    centrifugal: np.ndarray | None = None
 
     @property
     def idle_stages(self) -> list[str]:
@@ -71,14 +77,18 @@ def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -
 
     phase   as in `mesh_tangent`
     """
-    contacts, ratios = [mesh.contact for mesh in model.meshes], model.speed_ratios
-    damping = [_damping_of_gearbox(model, contacts, float(speed) * ratios) for speed in speeds]
+    contacts, ratios, speeds = [mesh.contact for mesh in model.meshes], model.speed_ratios, np.array([*speeds], float)
+    damping = [_damping_of_gearbox(model, contacts, speed * ratios) for speed in speeds.tolist()]
     with disengaged(model.mbs, contacts):
         elements = [
             *bearings_and_couplings(model),
+            *pins(model),
             *springs(model.mbs, [i for i in further_objects(model) if i not in contacts]),
         ]
-    return _linear_system(model.mbs, dict(zip(contacts, model.gearbox.labels, strict=True)), damping, elements, phase)
+    labels = dict(zip(contacts, model.gearbox.labels, strict=True))
+    held = [model.spins[name] for name in model.gearbox.held]
+    system = _linear_system(model.mbs, labels, damping, elements, phase, held)
+    return in_carrier_frame(model, system, speeds) if model.pins else system
 
 
 def _damping_of_gearbox(model: Model, contacts: Collection[int], velocities: np.ndarray) -> np.ndarray:
@@ -93,6 +103,41 @@ def _damping_of_gearbox(model: Model, contacts: Collection[int], velocities: np.
             jacobian = mbs.GetObject(number)["jacobianUserFunction"]["function"]
             damping[np.ix_(part, part)] -= jacobian(mbs, 0.0, number, q, [0.0] * len(q), 0.0, 1.0)
     return damping
+
+
+def in_carrier_frame(model: Model, system: LinearSystem, speeds: np.ndarray) -> LinearSystem:
+    """The equations of a set whose planets move in the plane, in the frame that turns with its carrier.
+
+    With displacements x = R u the translations have the gyroscopic terms 2 W m J, J = [[0, -1], [1, 0]], and the
+    centrifugal stiffness -W^2 m, W being the speed of the carrier. Damping counts by the rates in this frame. Raises
+    ValueError for several carriers that turn at different speeds, and for bearings that are not the same in all
+    directions: seen from the carrier they change as it turns.
+    """
+    box = model.gearbox
+    ratios = {name: box.ratios[name] for name in box.carriers_of_pins}
+    several = f"planets on pins of the carriers {[*ratios]} turn at different speeds, so that no frame is theirs"
+    alike = len({round(x, 12) for x in ratios.values()}) == 1 or not speeds.any()
+    require(alike, f"{several}; take speed=0, or leave pin= out in all sets but one")
+    ratio = next(iter(ratios.values()))
+    damping, centrifugal = system.damping.copy(), np.zeros_like(system.damping)
+    turning = [name for name, kind in model.plan.shafts.items() if kind.on_bearings]
+    for name in turning if speeds.any() else ():
+        shaft, centre = box.ends[name], model.centre_of(name)
+        _check_isotropic(shaft)
+        mass = system.mass[centre, centre]
+        for k, w in enumerate((ratio * speeds).tolist()):
+            damping[k, centre, centre] += 2 * w * mass @ TURN
+            centrifugal[k, centre, centre] -= w**2 * mass
+    return replace(system, damping=damping, centrifugal=centrifugal)
+
+
+def _check_isotropic(shaft: Shaft) -> None:
+    """ValueError for a shaft in a carrier's frame whose bearings are not the same in all directions."""
+    for bearing in shaft.bearings.values():
+        k = bearing.stiffness
+        alike = abs(k[0, 0] - k[1, 1]) <= SAME * k[0, 0] and abs(k[0, 1]) <= SAME * k[0, 0]
+        unlike = f"bearings of shaft {shaft.name!r} must be the same in x and y, seen from a turning carrier"
+        require(bool(alike), f"{unlike}; pass Bearing(radial=...), or take speed=0")
 
 
 def linear_assembly(mbs, phase: float | None) -> LinearSystem:
@@ -125,12 +170,18 @@ def _damping_without_meshes(mbs, contacts: Collection[int], velocities: np.ndarr
         return np.array(mbs.ComputeLinearizedSystem()[2])
 
 
-def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float | None) -> LinearSystem:
-    """The equations from the damping (n_speed, n, n) and the elements beside the meshes."""
+def _linear_system(
+    mbs, labels: dict[int, str], damping, elements, phase: float | None, held: Sequence[int] = ()
+) -> LinearSystem:
+    """The equations from the damping (n_speed, n, n) and the elements beside the meshes.
+
+    held   indices of coordinates that stand, beside those that constraints hold
+    """
     n = mbs.systemData.ODE2Size()
     with disengaged(mbs, list(labels)), set_velocities(mbs, np.zeros(n)):
         mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
     motions = np.array(constrained[1]).T if constrained else np.eye(n)
+    motions = motions[:, ~motions[list(held)].any(axis=0)]
     forces, meshes = zip(*(mesh_tangent(mbs, number, phase) for number in labels), strict=True)
     require(any(forces), NOT_PRESSED)
     rows, in_meshes = np.zeros((len(meshes), n)), []
@@ -138,7 +189,7 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
         coordinates = mbs.systemData.GetObjectLTGODE2(number)
         row[coordinates] = mesh.row
         in_meshes.append(ElasticElement(labels[number], "mesh", embedded(mesh.matrix, coordinates, n)))
-    elements = [*in_meshes, *elements, *_unaccounted(np.array(stiffness), elements)]
+    elements = [*in_meshes, *elements, *_unaccounted(np.array(stiffness), elements, held)]
     elements = [element._replace(stiffness=(element.stiffness + element.stiffness.T) / 2) for element in elements]
     total = np.sum([element.stiffness for element in elements], axis=0)
     further = [measured_rows(element.stiffness) for element in elements[len(labels) :]]
@@ -148,8 +199,15 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
     return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows, rigid)
 
 
-def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:
-    """An element for the stiffness without meshes (n, n) that no other element accounts for, if there is any."""
+def _unaccounted(
+    stiffness: np.ndarray, elements: Sequence[ElasticElement], held: Sequence[int]
+) -> Iterator[ElasticElement]:
+    """An element for the stiffness without meshes (n, n) that no other element accounts for, if there is any.
+
+    held   indices of coordinates that stand, by whatever stiffness
+    """
     rest = stiffness - sum((element.stiffness for element in elements), np.zeros_like(stiffness))
+    for coordinate in held:
+        rest[coordinate], rest[:, coordinate] = 0.0, 0.0
     if np.abs(rest).max(initial=0.0) > UNACCOUNTED * np.abs(stiffness).max(initial=0.0):
         yield ElasticElement("further", "further", rest)

@@ -8,7 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from exugear.contact.contact_tangent import tangent_of_spins
 from exugear.contact.recorder import Recorder
+from exugear.contact.reference_configuration import is_spatial
 from exugear.mesh_force.kernel_records import changed
 from exugear.multibody.difference_jacobian import jacobian
 from exugear.multibody.exudyn_objects import INITIAL
@@ -26,6 +28,8 @@ ROUNDING = 1e-9
 WITHIN_CONTACT = 0.25
 #: Step of the rate in the difference of the damping force [m/s].
 RATE = 1e-3
+#: Angles of pinion and wheel against their carrier by those of the three bodies, without it by the first two.
+SPINS_ON_CARRIER = np.array([[1.0, 0.0, -1.0], [0.0, 1.0, -1.0]])
 #: Factor between the ends of brackets of a deflection, and its tolerance [m].
 GROWTH, FINEST = 4.0, 1e-16
 BEYOND = "load: a mesh leaves its map within the mesh cycle; extend the map to a larger torque, or take less load"
@@ -123,9 +127,18 @@ def _motion_of_wheel(mbs, number: int, row: np.ndarray) -> np.ndarray:
 
 
 def _tangent(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> MeshTangent:
-    """The tangent where the mesh carries a force [N], from the coordinates q (n,) on by a motion of unit deflection."""
+    """The tangent where the mesh carries a force [N], from the coordinates q (n,) on by a motion of unit deflection.
+
+    Exact for bodies that spin; else by differences that stay on the side of contact.
+    """
     q = _coordinates_at(contact, q, by_wheel, force)
-    row, h = contact.row(q), contact.step(q)
+    row, (table, frame, *_) = contact.row(q), contact.records
+    if not is_spatial(frame):
+        relative = SPINS_ON_CARRIER[:, : q.size]
+        tangent = tangent_of_spins(table.head, frame, *(relative @ q).tolist(), 0.0, 0.0)
+        matrix = relative.T @ tangent.by_angles @ relative
+        return MeshTangent(row, matrix, tangent.slopes.by_advance, tangent.slopes.by_rate)
+    h = contact.step(q)
     steps = h / max(1.0, float(np.abs(row).max())), DIFFERENCE_STEPS[1]
     matrix = jacobian(contact.forces, q.tolist(), [0.0] * q.size, (1.0, 0.0), steps)
     damping = (contact.force(q, RATE * by_wheel) - contact.force(q)) / RATE

@@ -8,7 +8,10 @@ import xarray as xr
 from exugear.modal.elastic_elements import names_of_nodes
 from exugear.multibody.gear_contact import contacts_of, records_of
 from exugear.multibody.model import Model
+from exugear.planning.eigenmodes import Eigenmodes
 
+#: Share of the kinetic energy of a mode below which members stand.
+STANDS = 1e-6
 COORDINATES = "x", "y", "z", "tilt_x", "tilt_y", "spin"
 #: Names of the coordinates of Exudyn's nodes by their types; others are numbered.
 OF_NODES = {
@@ -45,9 +48,32 @@ def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
     return xr.DataArray(values, dims=("mode", "shaft", "coordinate"), coords=coords)
 
 
+def kinds_of_modes(model: Model, modes: Eigenmodes) -> dict[str, tuple]:
+    """Kind of each mode of planetary sets as a variable over `mode`; empty without planets.
+
+    By the kinetic energy of the shafts that are no planets: in their translations and in their spins.
+    """
+    box, (total, moved, turned) = model.gearbox, np.zeros((3, modes.omega.size))
+    if not box.planets:
+        return {}
+    for shaft in box.shafts:
+        spin, kind = model.spins[shaft.name], model.plan.shafts[shaft.name]
+        turning = box.body_inertias[shaft.name] * np.abs(modes.shapes[spin]) ** 2
+        moving = shaft.mass * (np.abs(modes.shapes[spin - kind.spin_index : spin]) ** 2).sum(axis=0)
+        total += turning + moving
+        if shaft.name not in box.planets:
+            moved, turned = moved + moving, turned + turning
+    moves, turns = moved > STANDS * total, turned > STANDS * total
+    kinds = np.select([moves & turns, moves, turns], ["mixed", "translational", "rotational"], "planet")
+    about = {"units": "", "long_name": "kind of the mode, by the motion of sun, ring and carrier"}
+    return {"kind": ("mode", kinds.astype(str), about)}
+
+
 def parts_of_shafts(model: Model) -> dict[str, tuple]:
     """Gears and bearings along the shafts, for pictures of the modes: variables over the dimension `part`."""
-    gears = [(x.name, "gear", axial, gear.r, gear.b) for x in model.gearbox.shafts for axial, gear in x.gears.items()]
+    gears = [
+        (x.name, "gear", axial, abs(gear.r), gear.b) for x in model.gearbox.shafts for axial, gear in x.gears.items()
+    ]
     bearings = [(x.name, "bearing", axial, 0.0, 0.0) for x in model.gearbox.shafts for axial in x.bearings]
     shafts, kinds, axial, radius, width = zip(*gears, *bearings, strict=True)
     return {

@@ -9,7 +9,7 @@ import xarray as xr
 
 from exugear.gearbox.constant_loads import given_loads
 from exugear.modal.linear_system import LinearSystem, linear_assembly, linear_gearbox
-from exugear.modal.mode_shapes import parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
+from exugear.modal.mode_shapes import kinds_of_modes, parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
 from exugear.modal.operating_point import in_loaded_equilibrium
 from exugear.multibody.exudyn_objects import MainSystem
 from exugear.multibody.model import Model, require_model
@@ -64,12 +64,16 @@ def modes(
     participation   generalized excitation p of each mode by a unit transmission error of each mesh, k row . shape
                     [kg^0.5/s^2], with imaginary part. An error of amplitude e at the frequency of a mode gives it the
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape
+    kind            of a gearbox with planetary sets, by what moves beside the planets: "rotational" where sun, ring and
+                    carrier turn, "translational" where they move in the plane, "planet" where they stand, else "mixed"
     mesh_stiffness  k, and mesh_force under the load, by stage: both are 0 where a mesh is idle, its teeth open. The
                     attribute idle_stages names such stages
 
+    Planets on elastic pins are seen in the frame of their carrier, with its gyroscopic and centrifugal terms at speed.
+
     Sources: G. Genta, Dynamics of rotating systems (2005), for gyroscopic modes; A. Kahraman, Planetary gear train
-    dynamics, J. Mech. Des. 116 (1994), for the error as a displacement in series with the mesh spring. The state of the
-    system is restored afterwards.
+    dynamics, J. Mech. Des. 116 (1994), for the error as a displacement in series with the mesh spring; J. Lin and R. G.
+    Parker, J. Vib. Acoust. 121 (1999), for the kinds of modes of a set. The state of the system is restored afterwards.
 
     Raises ValueError without a load, where no mesh carries load, and for loads beyond the maps.
     """
@@ -79,13 +83,13 @@ def modes(
         torques = given_loads(model.gearbox, load, loads)
         with in_loaded_equilibrium(model, torques, drive) as in_equilibrium:
             system = linear_gearbox(in_equilibrium, [speed], phase)
-        solved = modes_of(system, system.damping[0])
-        shape, further = shapes_by_shaft(model, solved.shapes), parts_of_shafts(model)
+        solved = modes_of(system)
+        shape, further = shapes_by_shaft(model, solved.shapes), parts_of_shafts(model) | kinds_of_modes(model, solved)
         attributes = load_attributes(load, torques) | {"speed": speed, "drive": drive}
     else:
         _check_hand_built(model, load, loads, speed, drive)
         system = linear_assembly(model, phase)
-        solved = modes_of(system, system.damping[0])
+        solved = modes_of(system)
         shape, further, attributes = shapes_by_coordinate(model, solved.shapes), {}, {}
     data = _dataset(system, solved, shape).assign(further)
     return data.assign_attrs(attributes, phase="mean" if phase is None else phase, idle_stages=system.idle_stages)
@@ -138,12 +142,13 @@ def eigenfrequencies(
     if system.idle_stages:
         idle = f"meshes {system.idle_stages} carry no load, their open teeth are no spring"
         warn_user(f"{idle}; load all outputs, loads={{shaft: torque}}, if they shall count")
-    return modes_of(system, system.damping[0]).omega / (2 * pi)
+    return modes_of(system).omega / (2 * pi)
 
 
-def modes_of(system: LinearSystem, damping: np.ndarray) -> Eigenmodes:
-    """Modes of a system with a damping matrix (n, n), their shapes over all coordinates."""
-    mass, stiffness, damping = (system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping))
+def modes_of(system: LinearSystem, number: int = 0) -> Eigenmodes:
+    """Modes of a system at one of its speeds, by its number; their shapes over all coordinates."""
+    total = system.stiffness if system.centrifugal is None else system.stiffness + system.centrifugal[number]
+    mass, stiffness, damping = (system.reduced(x) for x in (system.mass, total, system.damping[number]))
     solved = eigenmodes(mass, stiffness, damping, system.rigid)
     return solved._replace(shapes=system.motions @ solved.shapes)
 

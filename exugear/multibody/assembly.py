@@ -26,14 +26,19 @@ from exugear.gearbox.stage import Stage
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
+from exugear.multibody.imposed_motion import AT_REST, imposed_motion
 from exugear.multibody.integrator_steps import contact_state
-from exugear.multibody.model import BuiltMesh, BuiltSystem, Model, linearized
+from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
+from exugear.multibody.planet_pins import Pin, add_pin, pin_of
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.plan import Plan
 from exugear.planning.plan import plan as plan_of
 from fem.support.arguments import checked
 from fem.support.validation import require
+
+#: Angular frequency of a held body on the spring that makes static solves regular [rad/s].
+HELD_OMEGA = 100.0
 
 
 @checked
@@ -54,6 +59,12 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
+    mbs.variables[REST] = imposed_motion(*AT_REST)
+    pins = tuple(_add_pin(mbs, gearbox, name, bodies) for name in gearbox.planets_on_pins)
+    for name in gearbox.held:
+        add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
+    for shaft in gearbox.shafts:
+        add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
     contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
@@ -74,7 +85,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    return linearized(BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers), gearbox.driving.name)
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins)
+    hold_members(system)
+    return linearized(system, gearbox.driving.name)
 
 
 def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
@@ -86,6 +99,9 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
     require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
     _check_suits(scene, suitable)
+    same = not gearbox.planets or dict(scene.shafts) == dict(suitable.shafts)
+    unreduced = "plan gives shafts of a planetary set other coordinates than they need, which is not built yet"
+    require(same, f"{unreduced}; pass exugear.plan(gearbox)")
     return scene
 
 
@@ -116,7 +132,9 @@ class AddedContact(NamedTuple):
 def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> AddedContact:
     """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
-    items = [bodies[stage.fast.name], bodies[stage.slow.name]]
+    items = [bodies[shaft.name] for shaft in stage.shafts]
+    if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
+        items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
     frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
@@ -134,7 +152,7 @@ def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.
 def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
-    direction = gearbox.directions[stage.fast.name]
+    direction = gearbox.flank_senses[number]
     if not spatial:
         return rotational_frame(stage.pair, phase, direction)
     axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
@@ -145,12 +163,16 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
 
 def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: Plan) -> np.ndarray:
     """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
+    is_planar_set = any(scene.shafts[shaft.name].on_bearings for shaft in (stage.fast, stage.slow))
     row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
     if is_spatial(frame):
         entries[:] = spatial_row(frame).reshape(2, 6)
     else:
         entries[:, 5] = rotational_row(frame)
-    for shaft, entry in zip((stage.fast, stage.slow), entries, strict=True):
+    shafts = stage.shafts[:2]
+    if stage.carrier and not is_planar_set:
+        entries, shafts = np.vstack([entries, -entries.sum(axis=0)]), stage.shafts
+    for shaft, entry in zip(shafts, entries, strict=True):
         components, last = scene.shafts[shaft.name].components, spins[shaft.name] + 1
         row[last - len(components) : last] = entry[components]
     return row
@@ -168,13 +190,15 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
-        data = {"inertia": shaft.inertia, "nodeNumber": node, "referencePosition": [x, y, z]}
+        inertia = gearbox.body_inertias[shaft.name]
+        data = {"inertia": inertia, "nodeNumber": node, "referencePosition": [x, y, z]}
         return mbs.AddObject(eii.ObjectRotationalMass1D(name=shaft.name, **data))
     if coordinates is Coordinates.PLANAR:
         node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
         data = {"mass": shaft.mass, "inertia": shaft.inertia, "nodeNumber": node}
         body = mbs.AddObject(eii.ObjectRigidBody2D(name=shaft.name, **data))
-        add_bearings(mbs, node, shaft, coordinates)
+        if shaft.name not in gearbox.planets:
+            add_bearings(mbs, node, shaft, coordinates)
         return body
     body = mbs.CreateRigidBody(
         name=shaft.name,
@@ -189,6 +213,39 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
     else:
         add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
     return body
+
+
+def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int]) -> Pin:
+    """Add the pin of a planet by its name."""
+    carrier = gearbox.planets[name]
+    planet = next(shaft for shaft in gearbox.shafts if shaft.name == name)
+    centre, on_pin = (np.array(pose(gearbox, shaft)[:2]) for shaft in (carrier, planet))
+    pin = pin_of(planet, carrier, on_pin - centre)
+    add_pin(mbs, (node_of(mbs, bodies[carrier.name]), node_of(mbs, bodies[name])), pin)
+    return pin
+
+
+def add_hold(mbs, body: int, inertia: float, coordinates: Coordinates) -> None:
+    """Hold the spin of a body [kg m^2] by a spring to ground.
+
+    Contacts and pins see a held body at rest and exert nothing on its coordinate (`hold_members`), so that the spring
+    never carries a torque: static solves need it for a regular matrix.
+    """
+    markers = [_ground_marker(mbs), spin_marker(mbs, body, coordinates.spin_index)]
+    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=HELD_OMEGA**2 * inertia))
+
+
+def add_torque_supports(mbs, body: int, shaft: Shaft, coordinates: Coordinates) -> None:
+    """Add the torsional springs between a shaft and the housing."""
+    for support in shaft.torque_supports:
+        markers = [_ground_marker(mbs), spin_marker(mbs, body, coordinates.spin_index)]
+        k, c = support.torsion, support.damping_time * support.torsion
+        mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=k, damping=c))
+
+
+def _ground_marker(mbs) -> int:
+    """Marker on a coordinate that stands."""
+    return mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
 
 
 def spin_marker(mbs, body: int, spin_index: int) -> int:

@@ -24,7 +24,7 @@ from exugear.contact.reference_configuration import frame_at, is_rotated, is_spa
 from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
 from exugear.contact.vectors import row_dot, row_total
 from exugear.mesh_force.patches import table_at
-from exugear.multibody.imposed_motion import spin_of, torque_on, with_spin
+from exugear.multibody.imposed_motion import Spin, in_carrier, spin_of, torque_on, with_spin
 from exugear.multibody.integrator_steps import (
     Beside,
     begin_call,
@@ -33,6 +33,8 @@ from exugear.multibody.integrator_steps import (
     state_at,
 )
 from fem.support.numba_cache import compiled, kept
+
+STANDING = Spin(0.0, 0.0, 0.0)
 
 
 def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
@@ -53,7 +55,7 @@ def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
     """
     if set(kinds) == {SPIN} and not is_spatial(frame):
         return _spin_contact(len(kinds), int(rubs))
-    return _spatial_contact(*codes_of(kinds, is_rotated(frame)), int(rubs))
+    return _spatial_contact(*codes_of(kinds[:2], is_rotated(frame)), int(rubs), len(kinds) - 2)
 
 
 @cache
@@ -66,14 +68,16 @@ def _spin_contact(bodies: int, rubs: int):
     @kept
     def spin_contact(law, frame, state, friction, record, t, *x):
         law, frame, state = table_at(law), frame_at(frame), state_at(state)
-        q_3, v_3 = (0.0, 0.0) if bodies == 2 else (x[2], x[5])
         begin_call(state.steps, t)
-        pinion = spin_of(state.imposed[0], t, x[0] - q_3, x[bodies] - v_3)
-        wheel = spin_of(state.imposed[1], t, x[1] - q_3, x[bodies + 1] - v_3)
+        body_1 = spin_of(state.imposed[0], t, x[0], x[bodies])
+        body_2 = spin_of(state.imposed[1], t, x[1], x[bodies + 1])
+        carrier = STANDING if bodies == 2 else spin_of(state.imposed[2], t, x[2], x[5])
+        pinion, wheel = in_carrier(body_1, carrier), in_carrier(body_2, carrier)
         motion = spin_motion(frame, pinion.angle, wheel.angle, pinion.speed, wheel.speed)
-        by_pinion = frame.pinion.r_b * pinion.speed if state.imposed[0] else 0.0
-        by_wheel = frame.wheel.r_b * wheel.speed if state.imposed[1] else 0.0
-        beside = Beside(frame.direction * (by_pinion + by_wheel), 0.0, 0.0, 0.0)
+        by_pinion = frame.pinion.r_b * body_1.speed if state.imposed[0] else 0.0
+        by_wheel = frame.wheel.r_b * body_2.speed if state.imposed[1] else 0.0
+        by_carrier = (frame.pinion.r_b + frame.wheel.r_b) * carrier.speed if state.imposed[2] else 0.0
+        beside = Beside(frame.direction * (by_pinion + by_wheel - by_carrier), 0.0, 0.0, 0.0)
         motion, push, force, dissipation = push_in_step(law, state, motion, beside, None)
         pulsed = force + state.steps.pulse_force
         torque_1, torque_2 = spin_forces(frame, push, pulsed)
@@ -82,48 +86,59 @@ def _spin_contact(bodies: int, rubs: int):
         k = sample_of(record, t)
         if k >= 0:
             mesh = motion.advance, force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
-            spins = pinion.angle, wheel.angle, pinion.speed, wheel.speed
-            power = push.static.energy, dissipation, *spins
-            write(record, k, mesh, power, (rub.force, rub.loss), 0, None)
+            power = push.static.energy, dissipation, body_1.angle, body_2.angle, body_1.speed, body_2.speed
+            write(record, k, mesh, power, (rub.force, rub.loss), (carrier.angle, carrier.speed), 0, None)
+        torque_3 = torque_on(state, 2, carrier, -torque_1 - torque_2)
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
-        return (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, -torque_1 - torque_2)
+        return (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
 
     return spin_contact
 
 
 @compiled(forceinline=True)
-def beside_mesh(state, geometry, pinion, wheel):
-    """`Beside` the mesh of two bodies in space with these `BodyMotion`."""
+def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
+    """`Beside` the mesh of two bodies in space with these `BodyMotion`; speed of their carrier [rad/s]."""
     steps, (q_1, v_1, _), (q_2, v_2, _) = state.steps, pinion, wheel
-    by_pinion = geometry.pinion[5] * v_1[5] if state.imposed[0] else 0.0
-    by_wheel = geometry.wheel[5] * v_2[5] if state.imposed[1] else 0.0
+    by_pinion = geometry.pinion[5] * (v_1[5] + carrier_speed) if state.imposed[0] else 0.0
+    by_wheel = geometry.wheel[5] * (v_2[5] + carrier_speed) if state.imposed[1] else 0.0
+    by_carrier = (geometry.pinion[5] + geometry.wheel[5]) * carrier_speed if state.imposed[2] else 0.0
     by_bearings = 0.0
     if steps.predicts != 0.0:
         by_bearings = row_dot(steps.by_displacement[0], q_1) + row_dot(steps.by_displacement[1], q_2)
         by_bearings = by_bearings + row_dot(steps.by_velocity[0], v_1) + row_dot(steps.by_velocity[1], v_2)
     lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
     held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
-    return Beside(by_pinion + by_wheel, by_bearings, lag_rate, held)
+    return Beside(by_pinion + by_wheel - by_carrier, by_bearings, lag_rate, held)
+
+
+@compiled
+def in_carrier_frame(x, carrier):
+    """Coordinates and velocities (4) of two bodies that spin on a carrier, against it; x (6) with the carrier's."""
+    return x[0] - carrier.angle, x[1] - carrier.angle, x[3] - carrier.speed, x[4] - carrier.speed
 
 
 @cache
-def _spatial_contact(kind_1: int, kind_2: int, rubs: int):
-    """The compiled contact of two kinds of bodies, as `_spin_contact`."""
+def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
+    """The compiled contact of two kinds of bodies, as `_spin_contact`; carried: 1 of spins on a carrier."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
     components = recorded_components(n_1, n_2)
 
     @kept
-    def spatial_contact(law, frame, state, friction, record, t, *x):
+    def spatial_contact(law, frame, state, friction, record, t, *coordinates):
         law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
         begin_solve(state, t)
+        carrier = STANDING if carried == 0 else spin_of(state.imposed[2], t, coordinates[2], coordinates[5])
+        x = coordinates if carried == 0 else in_carrier_frame(coordinates, carrier)
         pinion, wheel = motions_of(frame, kind_1, kind_2, n_1, n_2, x)
-        spin_1 = spin_of(state.imposed[0], t, pinion.q[5], pinion.v[5])
-        spin_2 = spin_of(state.imposed[1], t, wheel.q[5], wheel.v[5])
+        absolute_1, absolute_2 = pinion.q[5] + carrier.angle, wheel.q[5] + carrier.angle
+        spin_1 = spin_of(state.imposed[0], t, absolute_1, pinion.v[5] + carrier.speed)
+        spin_2 = spin_of(state.imposed[1], t, absolute_2, wheel.v[5] + carrier.speed)
+        spin_1, spin_2 = in_carrier(spin_1, carrier), in_carrier(spin_2, carrier)
         pinion, wheel = with_spin(pinion, spin_1), with_spin(wheel, spin_2)
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
-        beside = beside_mesh(state, geometry, pinion, wheel)
+        beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
         motion, push, force, dissipation = push_in_step(law, state, motion, beside, geometry.position.offsets)
         pulsed = force + state.steps.pulse_force
         forces_1, forces_2 = space_forces(frame, geometry, push, pulsed)
@@ -144,12 +159,15 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int):
                 forces_2[5],
                 motion.phase,
             )
-            spins = body_1.q[5], body_2.q[5], body_1.v[5], body_2.v[5]
-            power = push.static.energy, dissipation, *spins
+            spins = body_1.q[5] + carrier.angle, body_2.q[5] + carrier.angle
+            speeds = body_1.v[5] + carrier.speed, body_2.v[5] + carrier.speed
+            power = push.static.energy, dissipation, *spins, *speeds
             motions = body_1.q, body_2.q, body_1.v, body_2.v
-            write(record, k, mesh, power, (rub.force, rub.loss), components, motions)
+            write(record, k, mesh, power, (rub.force, rub.loss), (carrier.angle, carrier.speed), components, motions)
         f, g = forces_on(kind_1, pinion.orientation, forces_1), forces_on(kind_2, wheel.orientation, forces_2)
         spun_1, spun_2 = torque_on(state, 0, spin_1, f[5]), torque_on(state, 1, spin_2, g[5])
+        if carried == 1:
+            return spun_1, spun_2, torque_on(state, 2, carrier, -f[5] - g[5])
         on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
         on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
         return on_pinion + on_wheel

@@ -23,6 +23,9 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> Non
     steps.compliance = row @ accelerations
     steps.mobility, steps.lag = (mesh.mobility, rule.lag) if rule.lag else (0.0, 0.0)
     by_bearings = np.zeros((2, mesh.row.size))
+    if mesh.stage.carrier and mesh.stage.carrier.name in model.gearbox.carriers_of_pins:
+        # The directions in which pins and bearings push turn with the carrier: the first guess leaves them out.
+        return
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
     for i, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
         components = model.plan.shafts[shaft.name].components[:-1]

@@ -23,7 +23,7 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
-from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects
+from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects, hold_members
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
@@ -124,6 +124,7 @@ class DriveAndLoad:
         for mesh in self.model.meshes:
             state = state_of(mbs, mesh.contact)
             state.torques[:], state.imposed[:], state.inertias[:] = 0.0, 0, 0.0
+        hold_members(self.model)
         if mbs.variables.pop(MOTION, None) and self.held and self.held.coupling:
             _delete(mbs, COUPLING)
             self._set_spring(self.held, True)
@@ -161,7 +162,7 @@ class DriveAndLoad:
     def _impose_as_function_of_time(self, held: Shaft) -> None:
         """Let the coupling of the held rotor, or the contacts of the held shaft, evaluate the imposed motion.
 
-        The first of the contacts accelerates the coordinate of the shaft.
+        The first of the contacts accelerates the coordinate of the shaft, of a carrier the first of its pins.
         """
         model, mbs, conditions = self.model, self.model.mbs, self.conditions
         knots, coefficients = conditions.speed_of.angle_pieces
@@ -173,11 +174,13 @@ class DriveAndLoad:
             nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
             _add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
             return
-        inertia = held.inertia
+        inertia, on_pins = model.gearbox.body_inertias[held.name], held.name in model.gearbox.carriers_of_pins
+        for record in [pin.record for pin in model.pins if pin.carrier.name == held.name]:
+            record.imposed, record.inertia, inertia = address_of(motion), inertia, 0.0
         for mesh in model.meshes:
             state = state_of(mbs, mesh.contact)
-            for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
-                if shaft.name == held.name:
+            for side, shaft in enumerate(mesh.stage.shafts):
+                if shaft.name == held.name and not on_pins:
                     state.imposed[side], state.inertias[side], inertia = address_of(motion), inertia, 0.0
 
     def _set_spring(self, held: Shaft, active: bool) -> None:
@@ -198,10 +201,13 @@ class DriveAndLoad:
             if end.body in self.model.rotor_spins or not table.constant:
                 self._add_torque(end, table, self.conditions.initial_torque(end))
                 continue
+            if pin := next((pin for pin in self.model.pins if pin.carrier.name == end.shaft), None):
+                pin.record.torque = self._constant_torque(end)
+                continue
             mesh, side = next(
                 (mesh, side)
                 for mesh in self.model.meshes
-                for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
+                for side, shaft in enumerate(mesh.stage.shafts)
                 if shaft.name == end.shaft
             )
             state_of(self.model.mbs, mesh.contact).torques[side] = self._constant_torque(end)

@@ -13,9 +13,9 @@ from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
-from exugear.multibody.exudyn_objects import INITIAL
+from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model
+from exugear.multibody.model import Mesh, Model, end_coordinate, held_by_joints, matrices_without_meshes
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
@@ -69,10 +69,29 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
         torques = _torques_at_start(model, conditions, considered * ratios)
-        q = _statically_solved(model, q, conditions, torques)
+        if model.gearbox.planets:
+            q = _shared_among_planets(model, q, conditions, torques)
+        with _centrifugal_forces(model, speed):
+            q = _statically_solved(model, q, conditions, torques)
     system.SetODE2Coordinates(q, INITIAL)
-    system.SetODE2Coordinates_t(speed * ratios, INITIAL)
-    system.SetODE2Coordinates_tt(acceleration * ratios, INITIAL)
+    system.SetODE2Coordinates_t(speed * ratios + speed * _turned(model, q), INITIAL)
+    centripetal = -(speed**2) * _turned(model, ratios + _turned(model, q))
+    system.SetODE2Coordinates_tt(acceleration * ratios + centripetal, INITIAL)
+
+
+def _turned(model: Model, displacements: np.ndarray) -> np.ndarray:
+    """(n_coordinates,) velocities per speed of the driving shaft of displacements that turn with the carrier.
+
+    They are those of the members of sets whose planets move in the plane, 0 for all other coordinates.
+    """
+    velocities, box = np.zeros(displacements.size), model.gearbox
+    for stage in box.stages:
+        if stage.carrier and stage.carrier.name in box.carriers_of_pins:
+            for shaft in stage.shafts:
+                if model.scene.shafts[shaft.name].on_bearings:
+                    x, y = displacements[model.centre_of(shaft.name)]
+                    velocities[model.centre_of(shaft.name)] = box.ratios[stage.carrier.name] * np.array([-y, x])
+    return velocities
 
 
 def _inertia_matters(model: Model, acceleration: float) -> bool:
@@ -100,7 +119,8 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
     twisted = {}
     if held.rotors:
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
-        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - held.inertia * accelerations[anchor]
+        inertia_torque = box.inertias[anchor] * accelerations[anchor]
+        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - inertia_torque
         twisted = _twisted(held, held.end, on_rotors | {anchor: on_shaft})
         q[spin] += twisted[anchor]
     q = _with_mesh_forces(model, forces, q, anchor)
@@ -109,6 +129,43 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
         angles = twisted if shaft.name == anchor else _twisted(shaft, shaft.name, on_rotors)
         for rotor in shaft.rotors:
             q[model.rotor_spins[rotor.name]] = fixed + angles[rotor.name]
+    return q
+
+
+def _shared_among_planets(
+    model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]
+) -> np.ndarray:
+    """Coordinates in linear equilibrium near q: displaced pins shift load, which equal mesh forces leave out.
+
+    torques   inertia torques and drags [N m] on spins, by their indices
+
+    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again.
+    """
+    box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
+    forces = box.forces_under(conditions.initial_torques, 0.0, held=conditions.anchor)
+    secants = np.array([
+        force / _deflection(model, mesh, force, q) if force > 0 else 0.0
+        for force, mesh in zip(forces.tolist(), model.meshes, strict=True)
+    ])  # fmt: skip
+    loads = np.zeros(q.size)
+    for end in conditions.ends:
+        loads[model.turning[end.body]] += conditions.initial_torque(end)
+    for index, torque in torques.items():
+        loads[index] += torque
+    stiffness, reference = matrices_without_meshes(model)[1], np.array([m.reference_deflection for m in model.meshes])
+    standing = [end_coordinate(model, conditions.anchor), *held_by_joints(model)]
+    free = np.setdiff1d(np.arange(q.size), standing)
+    pressed = secants > 0
+    for _ in model.meshes:
+        springs = np.where(pressed, secants, 0.0)
+        total = stiffness + rows.T @ (springs[:, None] * rows)
+        residual = loads - stiffness @ q - rows.T @ (springs * (reference + rows @ q))
+        loaded = q.copy()
+        loaded[free] += np.linalg.lstsq(total[np.ix_(free, free)], residual[free])[0]
+        pulling = pressed & (reference + rows @ loaded < 0)
+        if not pulling.any():
+            return loaded
+        pressed &= ~pulling
     return q
 
 
@@ -163,24 +220,62 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
 
 
 def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
-    """Mesh force by a few units in the last place of the coordinates q, which is large after many turns [N]."""
+    """Mesh force by a few units in the last place of the coordinates q, which is large after many turns [N].
+
+    Of sets also by those of the positions of the planets: their solve starts so near that this is all that is left.
+    """
     largest = max(mesh.law.stiffness_max * np.abs(mesh.row).max() for mesh in model.meshes)
-    return ROUNDED_UNITS * float(largest * np.spacing(np.abs(q).max()))
+    positions = max(m.law.stiffness_max * np.spacing(abs(m.stage.pair.a)) for m in model.meshes)
+    by_positions = positions if model.gearbox.planets else 0.0
+    return ROUNDED_UNITS * float(max(largest * np.spacing(np.abs(q).max()), by_positions))
 
 
 def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
     """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
+
+    Also the inertia forces [N] of planets on pins, by the indices of their centres.
 
     A static solve, without velocities, leaves them out.
     """
     torques: dict[int, float] = {}
     for shaft, drag in zip(model.gearbox.shafts, conditions.initial_drags, strict=True):
         spin = model.spins[shaft.name]
-        torques[spin] = drag - shaft.inertia * accelerations[spin]
+        torques[spin] = drag - model.gearbox.body_inertias[shaft.name] * accelerations[spin]
         for rotor in shaft.rotors:
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
+    for pin in model.pins:
+        centre = model.centre_of(pin.planet.name)
+        torques |= dict(enumerate(-pin.planet.mass * accelerations[centre], start=centre.start))
     return {spin: float(torque) for spin, torque in torques.items() if torque}
+
+
+@contextmanager
+def _centrifugal_forces(model: Model, speed: float) -> Iterator[None]:
+    """Apply the centrifugal forces of planets on pins at a speed of the driving shaft [rad/s]: m W^2 (rho + u)."""
+    mbs, objects, loads = model.mbs, [], []
+    for pin in model.pins if speed else ():
+        omega, node = speed * model.gearbox.ratios[pin.carrier.name], node_of(mbs, model.bodies[pin.planet.name])
+        softening = pin.planet.mass * omega**2
+        fast = f"planet {pin.planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
+        holds = softening < 0.5 * float(pin.bearing.stiffness[0, 0])
+        require(holds, f"{fast}; take a stiffer pin, or a lower speed")
+        matrix = np.diag([-softening, -softening, 0.0])
+        objects.append(mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix)))
+        for i in range(2):
+            marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=i))
+            loads.append(mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=softening * pin.position[i])))
+    try:
+        if objects:
+            mbs.Assemble()
+        yield
+    finally:
+        for load in reversed(loads):
+            mbs.DeleteLoad(load, suppressWarnings=True)
+        for number in reversed(objects):
+            mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
+        if objects:
+            mbs.Assemble()
 
 
 @contextmanager
@@ -257,9 +352,10 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor:
     The shaft named anchor keeps its spin; in loops the spins are the least-squares solution.
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
-    spins = [spin for name, spin in model.spins.items() if name != anchor]
+    standing = anchor, *model.gearbox.reaction_members
+    motions = np.array([motion for name, motion in model.spin_motions.items() if name not in standing]).T
     reference = np.array([mesh.reference_deflection for mesh in model.meshes])
-    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - reference - rows @ q)[0]
+    q += motions @ np.linalg.lstsq(rows @ motions, deflections - reference - rows @ q)[0]
     for shaft in model.gearbox.shafts:
         for rotor in shaft.rotors:
             q[model.rotor_spins[rotor.name]] = q[model.spins[shaft.name]]
@@ -270,13 +366,16 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection [m] of a mesh under a force [N] at coordinates q; NoEquilibrium for loads beyond the map."""
     law = mesh.law
     spin = q[model.spins[mesh.stage.fast.name]]
+    if mesh.stage.carrier:
+        spin -= q[model.spins[mesh.stage.carrier.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
     side = 1 if force >= 0 else -1
     static = static_offsets(model.gearbox, mesh.stage, side)
     of_flank = law.flank_at(side, **{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
         return _deflection_under(mesh, of_flank, phase, force, side)
-    no_contact = f"backlash must be finite for a load on the back flank, got {law.backlash}"
+    back = f"backlash must be finite for a load on the back flank of stage {mesh.stage.name}, got {law.backlash}"
+    no_contact = f"{back}; give it by the pair, the MeshForce or Stage(backlash=...), or drive another shaft"
     require(isfinite(law.backlash), no_contact)
     backlash = law.backlash + 2 * mesh.opening
     return -backlash - _deflection_under(mesh, of_flank, law.back_phase - phase, -force, side)

@@ -171,7 +171,7 @@ def user_functions(mbs, nodes, kernel, records: Records, recorder: Recorder) -> 
         except ValueError as error:
             raise stopped(table, frame, error) from None
         if state.steps.duration:
-            note_matrix(state, frame, matrix, sizes[0])
+            note_matrix(state, frame, matrix, sizes)
         return matrix
 
     function = direct(errors_kept(mbs, gear_contact), kernel, all_records, sum(sizes), pointed_to=recorder)
@@ -259,10 +259,13 @@ def state_of(mbs, number: int) -> np.record:
     return records_of(mbs, number)[2]
 
 
-def note_matrix(state: np.record, frame: np.record, matrix: np.ndarray, first: int) -> None:
-    """Note the share of the contact in the matrix of Newton's iteration, for its first guesses."""
+def note_matrix(state: np.record, frame: np.record, matrix: np.ndarray, sizes: Sequence[int]) -> None:
+    """Note the share of the contact in the matrix of Newton's iteration, for its first guesses.
+
+    sizes   numbers of coordinates of pinion and wheel, and of their carrier
+    """
     imposed = bool(state.imposed[1])
-    spin, gear = (first - 1, frame.pinion) if imposed else (len(matrix) - 1, frame.wheel)
+    spin, gear = (sizes[0] - 1, frame.pinion) if imposed else (sizes[0] + sizes[1] - 1, frame.wheel)
     state.steps.matrix = matrix[spin, spin] / gear.r_b**2
 
 

@@ -26,6 +26,10 @@ COUPLING = record_type(("inertia", "f8"), ("torsion", "f8"), ("damping", "f8"), 
 imposed_motion_at, coupling_at = reader(IMPOSED_MOTION), reader(COUPLING)
 
 
+#: A motion that never begins: that of a held shaft.
+AT_REST = np.array([0.0, 1.0]), np.zeros((1, 5))
+
+
 class Spin(NamedTuple):
     """Angle [rad], speed [rad/s] and acceleration [rad/s^2] of a body about z; the last is 0 unless it is imposed."""
 
@@ -61,6 +65,12 @@ def spin_of(address, t, angle, speed):
     )
 
 
+@compiled
+def in_carrier(spin, carrier):
+    """The `Spin` of a body against its carrier, with the acceleration against the ground."""
+    return Spin(spin.angle - carrier.angle, spin.speed - carrier.speed, spin.acceleration)
+
+
 @compiled(forceinline=True)
 def with_spin(motion, spin):
     """The `BodyMotion` of a body in space with this `Spin`."""
@@ -69,7 +79,7 @@ def with_spin(motion, spin):
 
 @compiled
 def torque_on(state, side, spin, torque):
-    """Torque [N m] on the coordinate of pinion (side 0) or wheel (1), from that of the mesh."""
+    """Torque [N m] on the coordinate of pinion (side 0), wheel (1) or carrier (2), from that of the mesh."""
     if state.imposed[side] != 0:
         return state.inertias[side] * spin.acceleration
     return torque + state.torques[side]

@@ -81,14 +81,14 @@ STEPS = record_type(
 #: coordinates do not count turns: advance in the last call [m], time of the first call of this solve [s], and whether
 #: this call is at that time. The lag of the integrator's velocities: by the mesh force [m/N], and by the bearings of
 #: pinion and wheel, as factors of their velocities; mobility: acceleration per mesh force [1/kg], 0: unknown;
-#: holding_force: mesh force that balances the load while the bearings are not displaced [N]. Of pinion and wheel:
-#: constant torques about z that act beside the mesh [N m]; addresses of their imposed motions
+#: holding_force: mesh force that balances the load while the bearings are not displaced [N]. Of pinion, wheel and
+#: carrier: constant torques about z that act beside the mesh [N m]; addresses of their imposed motions
 #: (`exugear.multibody.imposed_motion`), 0 without; inertias that the contact itself accelerates as imposed [kg m^2].
 #: steps: `STEPS`.
 CONTACT_STATE = record_type(
     *((name, "f8") for name in ("engaged", "closed", "advance", "begin", "begins", "lag")),
     *(("pinion_lag", "f8", 6), ("wheel_lag", "f8", 6), ("mobility", "f8"), ("holding_force", "f8")),
-    *(("torques", "f8", 2), ("imposed", "i8", 2), ("inertias", "f8", 2), ("steps", STEPS)),
+    *(("torques", "f8", 3), ("imposed", "i8", 3), ("inertias", "f8", 3), ("steps", STEPS)),
 )
 state_at = reader(CONTACT_STATE)
 

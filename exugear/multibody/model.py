@@ -15,9 +15,12 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import call_path
 from exugear.multibody.exudyn_objects import quiet
+from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
+from exugear.multibody.planet_pins import Pin
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates
@@ -25,6 +28,9 @@ from exugear.planning.linear_train import FreeSystem, LinearTrain
 from exugear.planning.plan import Plan
 from fem.support.arguments import checked
 from fem.support.validation import require, require_kind
+
+#: Key under which a system keeps the motion of its held shafts, which stand.
+REST = "held shafts"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +87,7 @@ class BuiltSystem:
     bodies, spins   of each shaft: object number, index of its spin among the system's coordinates
     rotor_spins     of each rotor behind a coupling, by its name: index of its spin
     end_markers     of each shaft: marker on the spin that drive or load acts on, of a rotor if there is a coupling
+    pins            of the planets that move in the plane
     drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
                     solved both may be out of the system (`exugear.multibody.drive_and_load`)
     """
@@ -96,6 +103,7 @@ class BuiltSystem:
     end_markers: Mapping[str, int]
     drive: int
     load: int
+    pins: tuple[Pin, ...]
 
     @property
     def rotors(self) -> dict[str, int]:
@@ -109,17 +117,37 @@ class BuiltSystem:
 
     @property
     def speed_ratios(self) -> np.ndarray:
-        """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
+        """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins.
+
+        Of planets on pins also the velocity of their centres in the reference configuration [m].
+        """
         ratios = np.zeros(self.mbs.systemData.ODE2Size())
         for name, shaft in self.gearbox.ends.items():
             ratios[self.turning[name]] = self.gearbox.ratios[shaft.name]
+        for pin in self.pins:
+            ratios[self.centre_of(pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
         return ratios
+
+    def centre_of(self, name: str) -> slice:
+        """Indices of x and y of a body that moves in the plane, by the name of its shaft."""
+        return slice(self.spins[name] - 2, self.spins[name])
+
+    @property
+    def spin_motions(self) -> dict[str, np.ndarray]:
+        """(n_coordinates,) small motion per angle of each shaft; planets on pins move along with their carrier."""
+        motions = {name: np.zeros(self.mbs.systemData.ODE2Size()) for name in self.spins}
+        for name, spin in self.spins.items():
+            motions[name][spin] = 1.0
+        for pin in self.pins:
+            motions[pin.carrier.name][self.centre_of(pin.planet.name)] = pin.orbit
+        return motions
 
     @property
     def mesh_cycles(self) -> np.ndarray:
-        """(n_stage,) mesh cycles per radian of the driving shaft."""
+        """(n_stage,) mesh cycles per radian of the driving shaft; on a carrier those of the speed in its frame."""
         box = self.gearbox
-        return np.array([abs(box.ratios[s.fast.name]) * s.pair.pinion.z / (2 * pi) for s in box.stages])
+        against = [box.ratios[s.fast.name] - (box.ratios[s.carrier.name] if s.carrier else 0.0) for s in box.stages]
+        return np.array([abs(x) * s.pair.pinion.z / (2 * pi) for x, s in zip(against, box.stages, strict=True)])
 
 
 @checked
@@ -154,6 +182,22 @@ def further_objects(model: BuiltSystem) -> range:
 def further_loads(model: BuiltSystem) -> range:
     """Numbers of the loads that were added to the built system."""
     return range(int(model.load) + 1, model.mbs.systemData.NumberOfLoads())
+
+
+def hold_members(system: BuiltSystem) -> None:
+    """Let the contacts and pins of held shafts see them at rest, and keep their torques from the coordinates.
+
+    Pins of other shafts forget what a run has imposed.
+    """
+    motion, _ = system.mbs.variables[REST]
+    for mesh in system.contacts:
+        state = state_of(system.mbs, mesh.contact)
+        for side, shaft in enumerate(mesh.stage.shafts):
+            if shaft.name in system.gearbox.held:
+                state.imposed[side], state.inertias[side] = address_of(motion), 0.0
+    for pin in system.pins:
+        pin.record.torque, pin.record.inertia = 0.0, 0.0
+        pin.record.imposed = address_of(motion) if pin.carrier.name in system.gearbox.held else 0
 
 
 def end_coordinate(system: BuiltSystem, name: str) -> int:
@@ -218,10 +262,11 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per
     per_torque   (n_stage, n_shaft) mesh forces by torques about z [1/m], the bearings rigid
     """
     built, accelerations = system.contacts[i], train.acceleration_by_force(i, held)
+    orbits = built.stage.carrier is not None and built.stage.carrier.name in system.gearbox.carriers_of_pins
     mobility = float(train.rows[i] @ accelerations)
     forces_on_bodies, by_bearings, holding = per_torque.T @ train.rows, np.zeros((2, 6)), per_torque[i]
     for by_displacement, shaft in zip(by_bearings, (built.stage.fast, built.stage.slow), strict=True):
-        if all(bearing.linear for bearing in shaft.bearings.values()):
+        if all(bearing.linear for bearing in shaft.bearings.values()) and not orbits:
             components = system.scene.shafts[shaft.name].components[:-1]
             displacements = slice(system.spins[shaft.name] - len(components), system.spins[shaft.name])
             by_displacement[components] = (train.stiffness @ accelerations)[displacements]
@@ -237,9 +282,10 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per
 
 
 def held_by_joints(system: BuiltSystem) -> np.ndarray:
-    """Indices of the coordinates that ideal joints constrain."""
+    """Indices of the coordinates that ideal joints constrain, and of the spins of held shafts."""
     spins = [system.spins[name] for name, kind in system.scene.shafts.items() if kind is Coordinates.JOINT]
-    return np.array([spin - k for spin in spins for k in range(1, 6)], int)
+    held = [system.spins[name] for name in system.gearbox.held]
+    return np.array([*(spin - k for spin in spins for k in range(1, 6)), *held], int)
 
 
 def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:

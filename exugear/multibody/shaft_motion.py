@@ -10,15 +10,16 @@ from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.model import Model
+from exugear.multibody.planet_pins import Pin
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
 from fem.units import mm
 
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
-    """Whether the meshes must record spins and speeds of their bodies: for drags, or as no imposed speed gives them."""
+    """Whether meshes must record spins and speeds: for drags and torque supports, or as no imposed speed gives them."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
-    braked = any(shaft.drags for shaft in model.gearbox.shafts)
+    braked = any(shaft.drags or shaft.torque_supports for shaft in model.gearbox.shafts)
     return conditions.power or conditions.held is None or conditions.held in model.rotors or stops or braked
 
 
@@ -30,9 +31,13 @@ def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
     by_shaft: dict[str, np.ndarray] = {}
     for mesh in model.meshes:
         if "energy" in mesh.recorder.samples:
-            for number, shaft in enumerate((mesh.stage.fast, mesh.stage.slow), start=1):
-                samples = mesh.recorder.power[f"{quantity}_{number}"]
-                by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
+            for number, shaft in enumerate(mesh.stage.shafts, start=1):
+                if shaft.name not in model.gearbox.carriers_of_pins:
+                    samples = mesh.recorder.power[f"{quantity}_{number}"]
+                    by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
+    for pin in model.pins if by_shaft else ():
+        samples = pin.recorder.samples[quantity][: model.meshes[0].recorder.deflection.size]
+        by_shaft[pin.carrier.name] = model.gearbox.directions[pin.carrier.name] * samples
     return by_shaft
 
 
@@ -61,11 +66,21 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
 
 
 def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
-    """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates."""
+    """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates.
+
+    Of planets those against their pins, along and across the pin's radius.
+    """
     kinds, motions, by_name = model.plan.shafts, {}, {}
+    number = model.meshes[0].recorder.deflection.size
+    for pin in model.pins:
+        names = ("radial", "tangential"), ("radial_rate", "tangential_rate"), ("x", "y"), ("v_x", "v_y")
+        d, w, centre, velocity = (pin.recorder.columns(*columns, number=number) for columns in names)
+        motions[pin.planet.name] = d, w
+        if kinds[pin.carrier.name].on_bearings:
+            motions[pin.carrier.name] = centre, velocity
     for mesh in model.meshes:
         for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
-            if kinds[shaft.name].on_bearings:
+            if kinds[shaft.name].on_bearings and shaft.name not in motions:
                 motions[shaft.name] = mesh.recorder.motion(side)
     for shaft in [shaft for shaft in model.gearbox.shafts if shaft.name in motions]:
         moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
@@ -157,7 +172,20 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
             about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
             data[f"{name}_torque"] = (f"{name}_end", "time"), rows(list(by_sense[sense].values())), about
             data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
-    return data
+    return data | _reactions(model)
+
+
+def _reactions(model: Model) -> dict[str, Any]:
+    """Torques of the housing on held shafts over the held shafts and time; empty where none is held."""
+    box = model.gearbox
+    held = [shaft for shaft in box.shafts if shaft.name in box.reaction_members]
+    if not held:
+        return {}
+    about = {"units": "N m", "long_name": "torque of the housing on the held shaft, about z"}
+    torques = rows([
+        -mesh_torque(model, shaft) if shaft.name in box.held else _support_torque(model, shaft) for shaft in held
+    ])  # fmt: skip
+    return {"reaction_torque": (("held_end", "time"), torques, about), "held_end": [shaft.name for shaft in held]}
 
 
 def rows(arrays: list[np.ndarray]) -> np.ndarray:
@@ -184,22 +212,42 @@ def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, 
         by_coupling = _coupling_torque(model, conditions, rotor, torques, time)
         torque = rotor.coupling.inertia * acceleration + by_coupling
     else:
-        torque = _mesh_torque(model, shaft)
-        np.subtract(shaft.inertia * acceleration, torque, out=torque)
+        torque = mesh_torque(model, shaft)
+        np.subtract(model.gearbox.body_inertias[shaft.name] * acceleration, torque, out=torque)
         if shaft.drags:
             torque += _drag_torque(model, shaft)
     torque *= conditions.held_sense
     return torque
 
 
-def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
-    """(n,) torque of all meshes on a shaft in its sense of motion [N m]."""
-    sides = [
-        (mesh.recorder.pinion_torque if mesh.stage.fast.name == shaft.name else mesh.recorder.wheel_torque)
-        for mesh in model.meshes
-        if shaft.name in (mesh.stage.fast.name, mesh.stage.slow.name)
-    ]
-    return model.gearbox.directions[shaft.name] * sum(sides[1:], start=sides[0])
+def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of all meshes on a shaft in its sense of motion [N m].
+
+    A carrier bears those on its gears, by elastic pins by the torques of these.
+    """
+    torques = [_pin_torque(pin, model) for pin in model.pins if pin.carrier.name == shaft.name]
+    for mesh in model.meshes:
+        on_pinion, on_wheel, stage = mesh.recorder.pinion_torque, mesh.recorder.wheel_torque, mesh.stage
+        if shaft.name in (stage.fast.name, stage.slow.name):
+            torques.append(on_pinion if shaft.name == stage.fast.name else on_wheel)
+        elif stage.carrier and shaft.name == stage.carrier.name and shaft.name not in model.gearbox.carriers_of_pins:
+            torques.append(-on_pinion - on_wheel)
+    return model.gearbox.directions[shaft.name] * sum(torques[1:], start=torques[0])
+
+
+def _support_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of the torque supports of a shaft on it, about z [N m]."""
+    spin, speed = (model.gearbox.directions[shaft.name] * recorded(model, x)[shaft.name] for x in ("spin", "speed"))
+    return -np.sum([x.torsion * (spin + x.damping_time * speed) for x in shaft.torque_supports], axis=0)
+
+
+def _pin_torque(pin: Pin, model: Model) -> np.ndarray:
+    """(n,) torque of a planet's pin on its carrier about z [N m]: of its spring at the pin, damper at the planet."""
+    names = ("radial", "tangential"), ("radial_rate", "tangential_rate")
+    number, k = model.meshes[0].recorder.deflection.size, float(pin.bearing.stiffness[0, 0])
+    d, w = (pin.recorder.columns(*columns, number=number) for columns in names)
+    r, c = float(np.hypot(*pin.position)), pin.bearing.damping_time * k
+    return r * k * d[:, 1] + c * ((r + d[:, 0]) * w[:, 1] - d[:, 1] * w[:, 0])
 
 
 def _coupling_torque(

@@ -181,7 +181,7 @@ class Conditions:
         return [self.gearbox.ratios[shaft.name] for shaft in self.gearbox.shafts]
 
     def _ratio(self, name: Any) -> float:
-        """Speed of a shaft over that of the driving shaft, both in their senses of motion."""
+        """Speed of a shaft over that of the driving shaft, both in their senses of motion; 0 of a shaft that stands."""
         return abs(self.gearbox.ratios[name])
 
     @cached_property
@@ -281,7 +281,8 @@ def conditions_of(
     initial   data of the run that goes on, which give the speed at the start
     """
     check_ends(gearbox, drives, loads)
-    check_stop(stop, [shaft.name for shaft in gearbox.shafts], gearbox.labels)
+    turning = [shaft.name for shaft in gearbox.shafts if gearbox.ratios[shaft.name]]
+    check_stop(stop, turning, gearbox.labels)
     twice = sorted(drives.keys() & loads.keys())
     require(not twice, f"drives and loads: shafts {twice} stand in both; keep each in one of them")
     roles = {name: f"drives[{name!r}]" for name in drives} | {name: f"loads[{name!r}]" for name in loads}
@@ -305,6 +306,9 @@ def check_ends(gearbox: Gearbox, drives: Mapping[str, Any], loads: Mapping[str, 
     for argument, given in {"drives": drives, "loads": loads}.items():
         unknown = [name for name in given if name not in bodies]
         require(not unknown, f"{argument}: no shafts {unknown}; the shafts are {[*bodies]}")
+        held = [name for name in given if bodies[name].name in gearbox.held]
+        takes = f"{argument}: shafts {held} are held by the gearbox and take the reaction torque"
+        require(not held, f"{takes}; leave them out, or build Gearbox(..., held=...) with another member")
     names = [*drives, *(name for name in loads if name not in drives)]
     acted_on = {name: bodies[name].end if name == bodies[name].name else name for name in names}
     twice = [name for name, body in acted_on.items() if [*acted_on.values()].count(body) > 1]
@@ -328,6 +332,8 @@ def _check_speeds(gearbox: Gearbox, speeds: Mapping[str, Speed], start_speed: fl
     """ValueError for more than one imposed speed, on a rotor inside, and for a start speed beside an imposed one."""
     for name in speeds:
         shaft = gearbox.ends[name]
+        stands = f"shaft {shaft.name!r} stands while the train turns, so that its speed determines no other"
+        require(gearbox.ratios[shaft.name] != 0, f"drives and loads: {stands}; impose that of another shaft")
         inside = f"a speed is imposed on {name!r}, the end of shaft {shaft.name!r} is {shaft.end!r}"
         require(name in (shaft.name, shaft.end), f"drives and loads: {inside}; impose it there, or give a Torque")
     if len(speeds) > 1:

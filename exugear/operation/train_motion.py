@@ -18,7 +18,7 @@ LARGEST_EXPONENT, ROUNDING = 50.0, 1e-9
 
 def reduced_inertia(gearbox: Gearbox) -> float:
     """Inertia [kg m^2] of all shafts and of the rotors behind their couplings, reduced to the driving shaft."""
-    return sum(shaft.turning_inertia * gearbox.ratios[shaft.name] ** 2 for shaft in gearbox.shafts)
+    return sum(inertia * gearbox.ratios[name] ** 2 for name, inertia in gearbox.turning_inertias.items())
 
 
 def drag_torques(gearbox: Gearbox, speed: float) -> np.ndarray:

@@ -46,7 +46,7 @@ def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, f
 
     The z axis of the map points along z where the mesh force turns the pinion clockwise, else against it.
     """
-    z = side * gearbox.directions[stage.fast.name]
+    z = side * gearbox.direction_of(stage)
     offsets = stage_offsets(stage, gearbox.shaft_positions, z)
     return {"a": offsets["a"], "misalignment": z * offsets["misalignment"], "axial": z * offsets["axial"]}
 
@@ -147,7 +147,7 @@ def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
     ends = list(zip((stage.fast, stage.slow), stage.axial_positions, strict=True))
     axial = [position - shaft.centre for shaft, position in ends]
     poses = [pose(gearbox, shaft) for shaft, _ in ends]
-    return spatial_frame(stage.pair, 0.0, gearbox.directions[stage.fast.name], axial, poses)
+    return spatial_frame(stage.pair, 0.0, gearbox.direction_of(stage), axial, poses)
 
 
 def _displacements(
@@ -180,7 +180,7 @@ def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) ->
     """Offsets [m, rad] of a stage whose shafts are displaced."""
     frame = _frame(gearbox, stage)
     q_1, q_2 = (moved[shaft.name].copy() for shaft in (stage.fast, stage.slow))
-    q_1[5] = gearbox.directions[stage.fast.name] * LEAD / frame.pinion.r_b
+    q_1[5] = gearbox.direction_of(stage) * LEAD / frame.pinion.r_b
     return dict(zip(AXIS_NAMES, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
 
 

@@ -14,6 +14,7 @@ from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
 from fem.support.arguments import checked, keywords_after_first
+from fem.support.validation import require
 from fem.units import um
 
 #: Relative coupling stiffness, or distance [m], that counts as rounding.
@@ -24,6 +25,10 @@ COAST_MAPPED = "coast flank by the torques < 0 of the map"
 COAST_MIRRORED = (
     "coast flank taken as mirror image of the driving flank, which it is not, as {}; map torques < 0 too, say "
     "fem.static_transmission_error(pair, [-350, -150, 0, 150, 350])"
+)
+IN_SPACE = (
+    "planetary sets on elastic pins and bearings run in the plane only, not yet in space, but of shaft {!r} {}; leave "
+    "pin= and the bearings out for members that spin, or make its gears spur, in one plane, on bearings at their sides"
 )
 RAMP = "assumed to ramp in over {:.3g} um of penetration (damping_ramp=), which moves jumps where teeth part"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
@@ -111,6 +116,7 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
+    why |= {name: f"{why[name]}; held: its spin stays 0, and it takes the reaction" for name in gearbox.held}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
     chosen = load is not None or loads is not None
@@ -165,17 +171,34 @@ def _coefficient(friction: MeshFriction, stage: Stage) -> str:
 
 def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     """Coordinates that a shaft needs, and the reason."""
+    stages = [stage for stage in gearbox.stages if shaft in stage.shafts]
+    if shaft.name in gearbox.planets:
+        return _coordinates_of_planet(shaft, stages)
     if not shaft.bearings:
         return Coordinates.SPIN, "no bearings given: ideal ones"
-    cause = _cause_of_tilt(shaft, [stage for stage in gearbox.stages if shaft in (stage.fast, stage.slow)])
+    on_carriers = [stage for stage in stages if stage.carrier]
+    ideal = {x.name for stage in on_carriers for x in stage.shafts if x.name in gearbox.planets and not x.bearings}
+    apart = f"shaft {shaft.name!r} moves on its bearings, but planets {sorted(ideal)} turn on ideal pins"
+    require(not ideal, f"{apart}; give the set elastic ones, Planetary(pin=Bearing(...)), or leave the bearings out")
+    cause = _cause_of_tilt(shaft, stages)
+    require(not (cause and on_carriers), IN_SPACE.format(shaft.name, cause))
     if cause:
         return Coordinates.BEARINGS, f"it has elastic bearings, and {cause}"
     return Coordinates.PLANAR, "it has elastic bearings, and nothing tilts it or pushes it along its axis"
 
 
+def _coordinates_of_planet(shaft: Shaft, stages: list[Stage]) -> tuple[Coordinates, str]:
+    """Coordinates of a planet; ValueError where it would move out of its plane."""
+    if not shaft.bearings:
+        return Coordinates.SPIN, "it turns on an ideal pin, and its mass with the carrier"
+    cause = _cause_of_tilt(shaft, stages)
+    require(not cause, IN_SPACE.format(shaft.name, cause))
+    return Coordinates.PLANAR, "it has an elastic pin, and nothing tilts it or pushes it along its axis"
+
+
 def _cause_of_tilt(shaft: Shaft, stages: list[Stage]) -> str:
     """The first cause that moves a shaft out of its plane; empty where there is none."""
-    gear_position, *further_gears = shaft.gears
+    gear_position, *further_gears = [*shaft.gears] or [shaft.centre]
     laws = [stage.force for stage in stages]
     causes = {
         "it carries several gears": bool(further_gears),

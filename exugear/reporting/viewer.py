@@ -5,10 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from exugear.gearbox.shaft import Shaft
+from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.model import Model
 from exugear.multibody.turns import in_turn
 from exugear.planning.coordinates import Coordinates
 from exugear.reporting.graphics import add_gear_graphics, add_graphics, meshing_angles, shaft_graphics
+from fem.gear.gear import Gear
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -25,6 +27,8 @@ def draw(model: Model) -> None:
 
     The circles that Exudyn draws of drive and contacts are hidden.
     """
+    orbiting = "draw: the gears of planetary sets are not drawn yet"
+    require(not model.gearbox.planets, f"{orbiting}; exugear.plots shows their runs and modes")
     hide(model)
     add_gears(model)
     add_shafts(model)
@@ -34,11 +38,13 @@ def add_gears(model: Model) -> None:
     """Draw each gear once, its teeth in mesh, with a cylinder of the shaft in its bore."""
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
-        direction, axial = model.gearbox.directions[stage.fast.name], model.gearbox.offsets(stage)["axial"]
+        if isinstance(stage.pair, RingPair):
+            raise ValueError(f"draw: the ring of stage {stage.name!r} is a table without teeth; draw other gearboxes")
+        direction, axial = model.gearbox.direction_of(stage), model.gearbox.offsets(stage)["axial"]
         angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase, axial=axial)
         gears = (stage.pair.pinion, stage.pair.wheel)
         for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
-            if (name, axial) not in drawn:
+            if (name, axial) not in drawn and isinstance(gear, Gear):
                 mbs, body, on_body = model.mbs, model.bodies[name], axial - origin(model, name)
                 add_gear_graphics(mbs, body, gear, axial=on_body, phase_angle=angle)
                 if not gear.internal:
@@ -50,7 +56,7 @@ def add_shafts(model: Model) -> None:
     """Draw each shaft as a cylinder in the bores of its gears; that of rings alone has none."""
     for shaft in model.gearbox.shafts:
         low, high = ends(shaft)
-        bores = [gear.d_bore for gear in shaft.gears.values() if not gear.internal]
+        bores = [gear.d_bore for gear in shaft.gears.values() if isinstance(gear, Gear) and not gear.internal]
         if not bores:
             continue
         d = DIAMETER_SHARE * min(bores)

@@ -11,7 +11,6 @@ from uuid import UUID, uuid4
 
 import numpy as np
 
-from exugear.contact.recorder import Recorder
 from exugear.multibody.assembly import build
 from exugear.multibody.drive_and_load import ShaftTorques, applied, set_holding_forces
 from exugear.multibody.equilibrium import solve_initial_equilibrium
@@ -21,10 +20,9 @@ from exugear.multibody.shaft_motion import needs_speeds
 from exugear.multibody.solver_settings import Scheme
 from exugear.multibody.time_integration import RunState, Segment, Solver, state_of_run
 from exugear.operation.conditions import Conditions
-from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.planning.linear_train import SEAM_TOLERANCE
 from exugear.planning.plan import Plan
-from exugear.running.run_data import recorders_of, recording
+from exugear.running.run_data import AnyRecorder, recorders_of, recording
 from exugear.running.step_error import vibration_at_half_the_step
 from fem.support.progress import shown
 from fem.support.validation import require
@@ -60,12 +58,12 @@ class PartSamples:
                 row[whole] = samples
 
 
-def rows_of(recorders: Sequence[Recorder | ShaftRecorder]) -> list[np.ndarray]:
+def rows_of(recorders: Sequence[AnyRecorder]) -> list[np.ndarray]:
     """(number,) samples of each quantity that recorders hold, and of each of its components."""
     return [row for recorder in recorders for array in recorder.samples.values() for row in np.atleast_2d(array)]
 
 
-def part_samples(recorders: Sequence[Recorder | ShaftRecorder], numbers: range) -> PartSamples:
+def part_samples(recorders: Sequence[AnyRecorder], numbers: range) -> PartSamples:
     """The samples with these numbers of recorders."""
     first = int(recorders[0].header.first)
     rows = (row[numbers.start - first : numbers.stop - first] for row in rows_of(recorders))
@@ -250,6 +248,8 @@ def _rounding(model: Model, state: RunState) -> np.ndarray:
 def check_parts(model: Model, conditions: Conditions) -> None:
     """ValueError unless the speed at later times is known, and other processes can build the system."""
     free = "executor: the speed of a free train is known only once it has run"
+    orbits = "executor: a set whose planets move in the plane starts from an equilibrium at angle 0 alone"
+    require(not model.pins, f"{orbits}; leave executor out, or leave pin= out")
     require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
     sensors = model.mbs.systemData.NumberOfSensors()

@@ -4,6 +4,8 @@ The rates of the recorded motion are corrected for the lag of the integrator.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -68,6 +70,11 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
         for axial, loss in bearing_losses(shaft, motions[shaft.name]).items()
     }
     couplings = {name: loss for shaft in model.gearbox.shafts for name, loss in coupling_losses(shaft, motions).items()}
+    couplings |= {
+        f"{shaft.name} torque support": sum(x.torsion * x.damping_time for x in shaft.torque_supports) * speed**2
+        for shaft, speed in ((shaft, motions[shaft.name].speed) for shaft in model.gearbox.shafts)
+        if shaft.torque_supports
+    }
     about = {"units": "W", "long_name": "power that damping dissipates"}
     variables: dict[str, Any] = {"mesh_loss": (("stage", "time"), meshes, about)}
     for kind, losses in {"bearing": bearings, "coupling": couplings}.items():
@@ -81,7 +88,8 @@ def _energies(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any
     """Kinetic energy, and strain energy of meshes, bearings and couplings together."""
     meshes = np.sum([mesh.recorder.power["energy"] for mesh in model.meshes], axis=0)
     shafts = model.gearbox.shafts
-    kinetic = np.sum([kinetic_energy(shaft, motions) for shaft in shafts], axis=0)
+    inertias = model.gearbox.body_inertias
+    kinetic = np.sum([kinetic_energy(shaft, motions, inertias[shaft.name]) for shaft in shafts], axis=0)
     elastic = np.sum(
         [bearing_energy(shaft, motions[shaft.name]) + coupling_energy(shaft, motions) for shaft in shafts], 0
     )
@@ -99,18 +107,52 @@ def shaft_motions(
     factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
     by_name = {}
     for mesh in model.meshes:
-        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+        for side, shaft in enumerate(mesh.stage.shafts):
+            if shaft.name in model.gearbox.carriers_of_pins:
+                continue
             samples = mesh.recorder.power
             spin, speed = samples[f"spin_{side + 1}"], corrected(samples[f"speed_{side + 1}"], factor)
-            q, q_t = mesh.recorder.motion(side) if on_bearings(model, mesh) else (None, None)
+            q, q_t = mesh.recorder.motion(side) if side < 2 and on_bearings(model, mesh) else (None, None)
             moves = q is not None and model.plan.shafts[shaft.name].on_bearings
             rates = corrected(np.asarray(q_t, float), factor) if moves else None
             by_name[shaft.name] = ShaftMotion(spin, speed, np.asarray(q, float) if moves else None, rates)
+    by_name |= _motions_on_pins(model, by_name, time.size, factor)
     for name in model.rotor_spins:
         recorder = torques[name].recorder
         spin, speed = recorder["angle"][: time.size], recorder["speed"][: time.size]
         by_name[name] = ShaftMotion(spin, corrected(speed, factor))
     return by_name | _imposed_motion(model, conditions, time, by_name)
+
+
+def _motions_on_pins(
+    model: Model, recorded: Mapping[str, ShaftMotion], number: int, factor: float
+) -> dict[str, ShaftMotion]:
+    """Motion of planets on pins and of their carriers; recorded: the spins of the planets by their meshes.
+
+    The planet's velocity is that of its place on the carrier, and its own: R^T c' + omega J (rho + d) + w.
+    """
+    by_name = {}
+    for pin in model.pins:
+        columns = partial(pin.recorder.columns, number=number)
+        d, centre = columns("radial", "tangential"), columns("x", "y")
+        w, velocity = columns("radial_rate", "tangential_rate"), corrected(columns("v_x", "v_y"), factor)
+        spin, speed = columns("spin")[:, 0], corrected(columns("speed")[:, 0], factor)
+        r, at = float(np.hypot(*pin.position)), np.arctan2(pin.position[1], pin.position[0]) + spin
+        out, across = np.array([np.cos(at), np.sin(at)]).T, np.array([-np.sin(at), np.cos(at)]).T
+        w = corrected(w, factor)
+        of_place = np.column_stack([(velocity * out).sum(axis=1), (velocity * across).sum(axis=1)])
+        turning = speed[:, None] * np.column_stack([-d[:, 1], r + d[:, 0]])
+        planet, on_bearings = recorded[pin.planet.name], model.plan.shafts[pin.carrier.name].on_bearings
+        moving = _padded(d), _padded(w), _padded(of_place + turning + w)
+        by_name[pin.planet.name] = ShaftMotion(planet.spin, planet.speed, *moving)
+        of_carrier = (_padded(centre), _padded(velocity)) if on_bearings else ()
+        by_name[pin.carrier.name] = ShaftMotion(spin, speed, *of_carrier)
+    return by_name
+
+
+def _padded(columns: np.ndarray) -> np.ndarray:
+    """(n, 5) of (n, 2): no axial displacement and no tilts."""
+    return np.column_stack([columns, np.zeros((len(columns), 3))])
 
 
 def _imposed_motion(model: Model, conditions: Conditions, time: np.ndarray, recorded: Mapping[str, ShaftMotion]):
@@ -120,7 +162,7 @@ def _imposed_motion(model: Model, conditions: Conditions, time: np.ndarray, reco
     name = model.gearbox.ends[conditions.held].end
     speed = model.gearbox.directions[conditions.held] * conditions.speed_of(time)
     motion = recorded[name]
-    return {name: ShaftMotion(motion.spin, speed * np.ones(time.size), motion.q, motion.q_t)}
+    return {name: replace(motion, speed=speed * np.ones(time.size))}
 
 
 def corrected(rate: np.ndarray, factor: float) -> np.ndarray:

@@ -11,11 +11,14 @@ import numpy as np
 import xarray as xr
 
 from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, Recorder
+from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
+from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model, on_bearings
+from exugear.multibody.planet_pins import PinRecorder
 from exugear.multibody.shaft_motion import (
     BearingForces,
     drag_variables,
@@ -32,11 +35,13 @@ from exugear.operation.stop_conditions import End
 from exugear.planning.sampling import Steps
 from exugear.running.power_variables import power_variables
 from fem.gear.gear import Gear
+from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_attributes
 from fem.support.netcdf import read
 from fem.support.validation import require
 from fem.units import mm
 
+AnyRecorder = Recorder | ShaftRecorder | PinRecorder
 #: Rows of the end state of a run.
 DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
@@ -87,9 +92,12 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
     part: dict[str, Any] = {"steps": steps.every, "first": samples.start}
     for mesh in model.meshes:
         kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
+        kinds |= {"carrier": mesh.stage.carrier is not None}
         mesh.recorder.start(steps.interval, len(samples), **part, **kinds, zeroed=True)
     for torque in torques.values():
         torque.recorder.start(steps.interval, len(samples), **part)
+    for pin in model.pins:
+        pin.recorder.start(steps.interval, len(samples), **part)
     try:
         yield
     finally:
@@ -97,9 +105,10 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
             recorder.header.number = 0
 
 
-def recorders_of(model: Model, torques: ShaftTorques) -> list[Recorder | ShaftRecorder]:
-    """The recorders of all meshes and torques."""
-    return [*(mesh.recorder for mesh in model.meshes), *(torque.recorder for torque in torques.values())]
+def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
+    """The recorders of all meshes, torques and pins."""
+    of_meshes, of_torques = [mesh.recorder for mesh in model.meshes], [torque.recorder for torque in torques.values()]
+    return [*of_meshes, *of_torques, *(pin.recorder for pin in model.pins)]
 
 
 def keep_valid(
@@ -129,6 +138,8 @@ def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
     """
     for mesh in model.meshes:
         pair, a = mesh.stage.pair, mesh.recorder.a[:number]
+        if pair.a < 0:
+            continue
         if on_bearings(model, mesh) and _is_apart(pair, a.max(initial=pair.a)):
             peaks = np.maximum.accumulate(a)
             apart = bisect_left(peaks, True, key=partial(_is_apart, pair))
@@ -171,7 +182,8 @@ def labelled(
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
     jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
     if conditions.run_up:
-        data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
+        ends = ("drive_end", "load_end", "held_end")
+        data = data.squeeze([name for name in ends if data.sizes.get(name) == 1])
     return data.assign_attrs({**conditions.attributes(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
 
 
@@ -188,11 +200,24 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
             "stage": ("stage", list(model.gearbox.labels)),
         },
     )
+    data = data.assign_coords(_members_of_sets(model.gearbox))
     elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
     for name, (recorded, unit, long_name) in (IN_RUNS | (IN_RUNS_ON_BEARINGS if elastic else {})).items():
         values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
     return data.assign(_friction(model, time))
+
+
+def _members_of_sets(gearbox: Gearbox) -> dict[str, Any]:
+    """Labels of the stages: planet, and member (sun or ring) with which it meshes, "" apart from a carrier; or none."""
+    if not gearbox.planets:
+        return {}
+    planets = [next((x.name for x in (s.slow, s.fast) if x.name in gearbox.planets), "") for s in gearbox.stages]
+    mates = [
+        "" if not planet else stage.fast.name if stage.slow.name == planet else stage.slow.name
+        for planet, stage in zip(planets, gearbox.stages, strict=True)
+    ]
+    return {"planet": ("stage", planets), "member": ("stage", mates)}
 
 
 def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
@@ -233,18 +258,32 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         law = stage.force
-        numbers = pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
+        numbers = _pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
         numbers |= {"damping_ramp": law.damping_ramp}
         numbers |= {"critical_damping": stage.critical_damping}
         numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
+        numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    if model.gearbox.held:
+        inputs["held"] = ", ".join(model.gearbox.held)
     return inputs
+
+
+def _pair_attributes(pair: GearPair | RingPair) -> dict[str, float | str]:
+    """Inputs of a pair by attribute name; of a `RingPair` the sizes that it has."""
+    if not isinstance(pair, RingPair):
+        return pair_attributes(pair)
+    names = {"pinion": ("z", "m_n", "x", "b", "alpha_n", "beta"), "wheel": ("z", "m_n", "b", "beta")}
+    sizes = {f"{gear}_{x}": getattr(getattr(pair, gear), x) for gear, listed in names.items() for x in listed}
+    return {"a": pair.a} | sizes
 
 
 def _parts(shaft: Shaft) -> str:
     """Bearings, discs, couplings and drags of a shaft with their axial positions, and its displacement; a line each."""
     groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in shaft.parts.items())
-    lines = [f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear)]
+    lines = [
+        f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear | Ring)
+    ]
     return "\n".join(lines + [f"whole shaft: {shaft.offset!r}"] * (shaft.offset != NO_DISPLACEMENT))
 
 

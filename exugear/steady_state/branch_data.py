@@ -1,13 +1,14 @@
 """The labelled Dataset of all branches: what each orbit is like."""
 
 from collections.abc import Iterator
+from math import sqrt
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from exugear.steady_state.branch import Branch
-from exugear.steady_state.cycle_kernels import fourier_sums
+from exugear.steady_state.cycle_kernels import fourier_sums, sampled_measures
 from exugear.steady_state.periodic_orbit import PeriodicOrbits
 from exugear.steady_state.steady_system import Orbit, SteadySystem
 
@@ -84,17 +85,16 @@ def _measures(orbit: Orbit, cycles: int, halves: int) -> dict[str, Any]:
     cycles   number of mesh cycles in the period
     halves   number of harmonics, multiples of half the mesh frequency
     """
-    mean = float(orbit.weight @ orbit.dte)
-    alternating = orbit.dte - mean
-    components = 2 * fourier_sums(orbit.weight, orbit.phase, alternating, halves) @ [1, 1j]
+    measures = sampled_measures(orbit.weight, orbit.dte, orbit.force, orbit.static_force)
+    components = 2 * fourier_sums(orbit.weight, orbit.phase, orbit.dte - measures.mean, halves) @ [1, 1j]
     components[np.arange(1, halves + 1) * cycles % 2 == 1] = 0.0
     return {
-        "mean": mean,
-        "rms": float(np.sqrt(orbit.weight @ alternating**2)),
-        "peak_to_peak": float(np.ptp(orbit.dte)),
+        "mean": measures.mean,
+        "rms": sqrt(measures.variance),
+        "peak_to_peak": measures.peak_to_peak,
         "harmonics": np.abs(components),
         "harmonic_phase": np.angle(components),
-        "smallest_force": float(orbit.force.min()),
-        "largest_force": float(orbit.force.max()),
-        "share_without_contact": float(orbit.weight @ (orbit.static_force == 0.0)),
+        "smallest_force": measures.smallest_force,
+        "largest_force": measures.largest_force,
+        "share_without_contact": measures.share_without_force,
     }

@@ -27,7 +27,7 @@ NEAR, SAME_ORBIT = 0.05, 0.3
 SUBHARMONIC = (0.02, 0.1, 0.005)
 #: Time of a point of a branch over that of a common period, measured, with points set closer where a branch bends;
 #: frequencies at which the cost is summed.
-PERIODS_OF_A_POINT, COST_FREQUENCIES = 18, 64
+PERIODS_OF_A_POINT, COST_FREQUENCIES = 9, 64
 #: Rate of decay over the resonance [1] that is rounding.
 UNDAMPED = 1e-6
 #: Difference of the unknowns of the end of a subharmonic branch and the period doubling at which it ends.

@@ -2,26 +2,29 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import nan
+from math import acos, nan, pi
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from exugear.steady_state.periodic_orbit import OrbitPoint, PeriodicOrbits
+from exugear.steady_state.periodic_orbit import SMALL, OrbitPoint, PeriodicOrbits
 
 #: Largest relative change of the frequency in a step of the continuation, largest and least length of a step in
 #: unknowns, and length of the first step.
 FREQUENCY_CHANGE, LONGEST, SHORTEST, FIRST = 0.02, 0.4, 1e-7, 0.01
 #: Effort of Newton's iteration up to which steps grow, above which they shrink; factor.
 FEW_ITERATIONS, MANY_ITERATIONS, GROWTH = 3, 5, 1.6
-#: Least cosine between the tangents at both ends of a step.
-LEAST_COSINE = 0.97
+#: Least cosine between the tangents at both ends of a step, and the one that a step aims at; factor to reach it.
+LEAST_COSINE, COSINE, SHORTER = 0.97, 0.975, 0.9
 #: Component of the tangent along the frequency below which a point is a fold, or one of many at the same frequency, as
 #: on a subharmonic branch along which no teeth part.
 LEAST_FREQUENCY_COMPONENT = 1e-4
 #: Points of a branch at most, and points from which on it may close.
 MOST_POINTS, FEW_POINTS = 5000, 8
+#: Number of points, and distance over which they must lead where a common period of several mesh cycles is costly: a
+#: branch that creeps has no derivatives that guide it, as where teeth hit each other irregularly.
+CREEPING, LEAST_ADVANCE = 60, 0.02
 #: Position of a bifurcation in its step, relative tolerance and iterations at most.
 LOCATED, LOCATING = 1e-6, 30
 #: Rounding of the ends of a range.
@@ -54,10 +57,10 @@ def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Call
 
     Bifurcations stand as points of their own between the others.
     """
-    points, point, length = [start], start, FIRST
+    points, point, length, path = [start], start, FIRST, Path(start, start)
     while len(points) < MOST_POINTS:
-        following, length = _step(orbits, point, length)
-        if following is None:
+        following, length = _step(orbits, path, length)
+        if following is None or (orbits.system.cycles > 1 and _creeps(points)):
             return Trace(points, complete=False)
         inside = within.holds(following)
         reached = [following] if inside else points_at_borders(orbits, point, following, within)
@@ -66,30 +69,70 @@ def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Call
         points = [*_with_fold(points, reached[0]), *located(orbits, point, reached[0]), reached[0]]
         if not inside or (len(points) > FEW_POINTS and _returns(start, point, following)):
             return Trace(points, complete=True)
-        point = following
+        path, point = Path(point, following), following
     return Trace(points, complete=False)
 
 
-def _step(orbits: PeriodicOrbits, point: OrbitPoint, length: float) -> tuple[OrbitPoint | None, float]:
-    """(the next point, length of the following step); the point is None where the shortest step fails."""
+def _creeps(points: list[OrbitPoint]) -> bool:
+    """Whether many points have led nowhere."""
+    before = points[-CREEPING:][0].unknowns
+    return len(points) > CREEPING and bool(np.linalg.norm(points[-1].unknowns - before) < LEAST_ADVANCE)
+
+
+class Path:
+    """A cubic curve over its length, and jacobians along it, by two successive points of a branch; 0 is the second.
+
+    A single point gives its tangent.
+    """
+
+    def __init__(self, before: OrbitPoint, after: OrbitPoint):
+        half_angle = acos(min(float(before.tangent @ after.tangent), 1.0)) / 2
+        length = float(np.linalg.norm(after.unknowns - before.unknowns) / np.sinc(half_angle / pi))
+        first, self.end, self.start = before.unknowns, after, -length
+        if before is after:
+            self.start, first = -FIRST, after.unknowns - FIRST * after.tangent
+        self.jacobians = before.jacobian, after.jacobian
+        self.curve = scipy.interpolate.CubicHermiteSpline(
+            [self.start, 0.0], [first, after.unknowns], [before.tangent, after.tangent]
+        )
+
+    def cosine(self, position: float) -> float:
+        """Cosine between the tangents at a position and at the second point."""
+        tangent = self.curve(position, 1)
+        return float(tangent @ self.end.tangent / np.linalg.norm(tangent))
+
+    def jacobian(self, position: float) -> np.ndarray | None:
+        """The jacobian at a position; None where the curve is so near the orbit that the iteration is worth its own."""
+        ratio = position / -self.start
+        if self.end.missed * ratio**2 * (1 + ratio) ** 2 / 4 < SMALL / 2:
+            return None
+        first, last = self.jacobians
+        return last + (last - first) * ratio
+
+    def solved(self, orbits: PeriodicOrbits, position: float) -> OrbitPoint | None:
+        """The point of the branch near a position, across the tangent of the second point; None where there is none."""
+        guess = self.curve(position)
+        try:
+            point = orbits.solved(guess, self.end.tangent, self.jacobian(position))
+        except ValueError:
+            return None
+        reach = 2 * np.linalg.norm(guess - self.end.unknowns)
+        return None if point is None or np.linalg.norm(point.unknowns - self.end.unknowns) > reach else point
+
+
+def _step(orbits: PeriodicOrbits, path: Path, length: float) -> tuple[OrbitPoint | None, float]:
+    """(the next point of the path, length of the following step); the point is None where the shortest step fails."""
+    point = path.end
     while length > SHORTEST:
         step = min(length, FREQUENCY_CHANGE * point.unknowns[-1] / max(abs(point.tangent[-1]), SHORTEST))
-        following = _following(orbits, point, step)
+        while step > FIRST and path.cosine(step) < COSINE:
+            step *= SHORTER
+        following = path.solved(orbits, step)
         if following is not None and following.tangent @ point.tangent > LEAST_COSINE:
             slower = step / GROWTH if following.effort > MANY_ITERATIONS else step
             return following, min(LONGEST, step * GROWTH) if following.effort <= FEW_ITERATIONS else slower
         length = step / 2
     return None, length
-
-
-def _following(orbits: PeriodicOrbits, point: OrbitPoint, step: float) -> OrbitPoint | None:
-    """The point at a step from another one along its tangent; None where there is none."""
-    try:
-        following = orbits.solved(point.unknowns + step * point.tangent, point.tangent, point)
-    except ValueError:
-        return None
-    far = following is not None and np.linalg.norm(following.unknowns - point.unknowns) > 2 * step
-    return None if far else following
 
 
 def points_at_borders(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, within: Range) -> list[OrbitPoint]:
@@ -109,7 +152,7 @@ def _at_border(
     guess = before.unknowns + share * (after.unknowns - before.unknowns)
     guess[-1] = border
     try:
-        point = orbits.solved(guess, np.eye(guess.size)[-1], before)
+        point = orbits.solved(guess, np.eye(guess.size)[-1], before.jacobian)
     except ValueError:
         return None
     return None if point is None else replace(point, tangent=point.tangent * np.sign(point.tangent @ before.tangent))
@@ -153,15 +196,16 @@ def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -
 
     None where there is no orbit at a step between them.
     """
-    points: dict[float, OrbitPoint | None] = {}
+    path = Path(before, after)
+    points: dict[float, OrbitPoint | None] = {path.start: before, 0.0: after}
 
-    def value(step: float) -> float:
-        point = points[step] = _following(orbits, before, step) if step > 0 else before
-        return nan if point is None else test(point)
+    def value(position: float) -> float:
+        if position not in points:
+            points[position] = path.solved(orbits, position)
+        return nan if points[position] is None else test(points[position])
 
-    end = float((after.unknowns - before.unknowns) @ before.tangent)
     try:
-        root = scipy.optimize.brentq(value, 0.0, end, rtol=LOCATED, maxiter=LOCATING, disp=False)
+        root = scipy.optimize.brentq(value, path.start, 0.0, rtol=LOCATED, maxiter=LOCATING, disp=False)
     except ValueError:
         return None
     return points.get(root)

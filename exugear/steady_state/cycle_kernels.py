@@ -15,7 +15,7 @@ from exugear.contact.relative_position import flank_of
 from exugear.mesh_force.kernel_records import reader, record_type
 from exugear.mesh_force.patches import phase_cell, table_at, table_of
 from exugear.steady_state.flank_means import flank_means
-from fem.support.numba_cache import compiled, kept
+from fem.support.numba_cache import compiled, fast, kept
 
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
 #: slopes of the potential by phase [N m per pitch] and misalignment [N m]; misalignment beside that of the table [rad];
@@ -92,14 +92,33 @@ def dot(rows, k, row, states):
 
 
 @compiled
+def measures_at(rows, k, measured, states):
+    """(rate, deflection, phase, misalignment) of mesh k by the states: sums that do not wait for one another."""
+    rate = rate_2 = deflection = deflection_2 = phase = phase_2 = misalignment = misalignment_2 = 0.0
+    for j in range(0, states.size, 2):
+        a, b = states[j], states[j + 1]
+        rate += rows[k, 0, j] * a
+        rate_2 += rows[k, 0, j + 1] * b
+        deflection += rows[k, 1, j] * a
+        deflection_2 += rows[k, 1, j + 1] * b
+        if measured > 1:
+            phase += rows[k, 2, j] * a
+            phase_2 += rows[k, 2, j + 1] * b
+            misalignment += rows[k, 3, j] * a
+            misalignment_2 += rows[k, 3, j + 1] * b
+    return rate + rate_2, deflection + deflection_2, phase + phase_2, misalignment + misalignment_2
+
+
+@compiled
 def apply_impulse(states, rows, k, measured, impulse):
     """Change states by the impulses of mesh k."""
-    for j in range(states.size):
-        states[j] += impulse.value * rows[k, 1 + measured, j]
-    if measured > 1:
+    if measured == 1:
         for j in range(states.size):
-            tilt = impulse.on_misalignment * rows[k, 3 + measured, j]
-            states[j] += impulse.on_phase * rows[k, 2 + measured, j] + tilt
+            states[j] += impulse.value * rows[k, 2, j]
+    else:
+        for j in range(states.size):
+            tilt = impulse.on_misalignment * rows[k, 6, j]
+            states[j] += impulse.value * rows[k, 4, j] + impulse.on_phase * rows[k, 5, j] + tilt
 
 
 @compiled
@@ -118,26 +137,33 @@ def propagate(propagators, states, matrix):
 @compiled
 def apply_impulse_slopes(rows, k, measured, impulse, matrix, changes):
     """Change the columns of a matrix (2 n, c) by the slopes of the impulses of mesh k; changes (3, c): theirs."""
-    changes[:] = 0.0
-    for j in range(matrix.shape[0]):
-        row, deflection = matrix[j], rows[k, 1, j]
+    size, number = matrix.shape
+    for i in range(number):
+        changes[0, i] = changes[1, i] = changes[2, i] = 0.0
+    for j in range(size):
+        deflection = rows[k, 1, j]
         slope = impulse.by_deflection * deflection + impulse.by_rate * rows[k, 0, j]
         if measured > 1:
             phase, misalignment = rows[k, 2, j], rows[k, 3, j]
             slope += impulse.by_phase * phase + impulse.by_misalignment * misalignment
             on_phase = impulse.by_phase * deflection
             on_misalignment = impulse.by_misalignment * deflection + impulse.moment_slope * misalignment
-            for i in range(matrix.shape[1]):
-                changes[1, i] += on_phase * row[i]
-                changes[2, i] += on_misalignment * row[i]
-        for i in range(matrix.shape[1]):
-            changes[0, i] += slope * row[i]
-    for j in range(matrix.shape[0]):
-        row = matrix[j]
-        for m in range(measured):
-            yielding = rows[k, 1 + measured + m, j]
-            for i in range(matrix.shape[1]):
-                row[i] += yielding * changes[m, i]
+            for i in range(number):
+                changes[0, i] += slope * matrix[j, i]
+                changes[1, i] += on_phase * matrix[j, i]
+                changes[2, i] += on_misalignment * matrix[j, i]
+        else:
+            for i in range(number):
+                changes[0, i] += slope * matrix[j, i]
+    for j in range(size):
+        if measured > 1:
+            first, second, third = rows[k, 4, j], rows[k, 5, j], rows[k, 6, j]
+            for i in range(number):
+                matrix[j, i] += first * changes[0, i] + second * changes[1, i] + third * changes[2, i]
+        else:
+            yielding = rows[k, 2, j]
+            for i in range(number):
+                matrix[j, i] += yielding * changes[0, i]
 
 
 @kept
@@ -166,16 +192,12 @@ def mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samp
     """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
     table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
     measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
-    deflection, rate = mesh.deflection + dot(rows, k, 1, states), dot(rows, k, 0, states)
-    phase, misalignment = mesh.phase + mesh.cycles * time, 0.0
-    if measured > 1:
-        phase += dot(rows, k, 2, states)
-        misalignment = dot(rows, k, 3, states)
+    rate, deflection, phase, misalignment = measures_at(rows, k, measured, states)
+    deflection, phase = mesh.deflection + deflection, mesh.phase + mesh.cycles * time + phase
     impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, step)
-    if len(samples) > 0:
-        sample = samples[number, k]
-        sample[0], sample[1] = mesh.deflection + dot(rows, k, dte_row, states), impulse.force
-        sample[2] = impulse.static_force
+    if samples.shape[2] > 0:
+        samples[k, 0, number] = mesh.deflection + dot(rows, k, dte_row, states)
+        samples[k, 1, number], samples[k, 2, number] = impulse.force, impulse.static_force
     apply_impulse(states, rows, k, measured, impulse)
     if matrix.shape[1] > 0:
         apply_impulse_slopes(rows, k, measured, impulse, matrix, changes)
@@ -190,7 +212,7 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
                   or 3; states by unit impulses on the measures; DTE by the states
     pieces        (p, 4) beginning and length over the common period, number of steps, step [s]
     propagators   (p, 2, n, 2, 2) over half a step and over a step
-    samples       (s, m, 3) DTE [m], force and static force [N] in the middle of each step; s = 0: none
+    samples       (m, 3, s) DTE [m], force and static force [N] in the middle of each step; s = 0: none
     """
     number, changes = 0, np.zeros((MEASURES, matrix.shape[1]))
     for p in range(len(pieces)):
@@ -206,18 +228,58 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
             propagate(half if i == steps - 1 else whole, states, matrix)
 
 
-NO_SAMPLES = np.zeros((0, 0, 3))
+NO_SAMPLES = np.zeros((0, 3, 0))
+#: Number of samples that `fourier_sums` takes side by side.
+SIDE_BY_SIDE = 64
 
 
-@kept
+class SampledMeasures(NamedTuple):
+    """Mean, variance and peak to peak of the DTE, extremes of the force, share of the time without static force."""
+
+    mean: float
+    variance: float
+    peak_to_peak: float
+    smallest_force: float
+    largest_force: float
+    share_without_force: float
+
+
+@fast
+def sampled_measures(weight, dte, force, static_force):
+    """`SampledMeasures` of samples with weights of the sum 1."""
+    mean = variance = apart = 0.0
+    lowest, highest, smallest, largest = dte[0], dte[0], force[0], force[0]
+    for i in range(weight.size):
+        mean += weight[i] * dte[i]
+        apart += weight[i] if static_force[i] == 0.0 else 0.0
+        lowest, highest = min(lowest, dte[i]), max(highest, dte[i])
+        smallest, largest = min(smallest, force[i]), max(largest, force[i])
+    for i in range(weight.size):
+        variance += weight[i] * (dte[i] - mean) ** 2
+    return SampledMeasures(mean, variance, highest - lowest, smallest, largest, apart)
+
+
+@fast
 def fourier_sums(weight, phase, values, number):
-    """(number, 2) real and imaginary part of sum(weight values exp(-i pi k phase)), k = 1, 2, ... number."""
-    sums = np.zeros((number, 2))
-    for i in range(phase.size):
-        turn, amplitude = complex(cos(pi * phase[i]), -sin(pi * phase[i])), weight[i] * values[i]
-        rotated = complex(amplitude, 0.0)
+    """(number, 2) real and imaginary part of sum(weight values exp(-i pi k phase)), k = 1, 2, ... number.
+
+    The processor turns samples side by side: two to three times as fast as in turn.
+    """
+    sums, turns, turned = np.zeros((number, 2)), np.empty((2, SIDE_BY_SIDE)), np.empty((2, SIDE_BY_SIDE))
+    for first in range(0, phase.size, SIDE_BY_SIDE):
+        size = min(SIDE_BY_SIDE, phase.size - first)
+        for i in range(size):
+            angle = pi * phase[first + i]
+            turns[0, i], turns[1, i] = cos(angle), -sin(angle)
+            turned[0, i], turned[1, i] = weight[first + i] * values[first + i], 0.0
         for k in range(number):
-            rotated *= turn
-            sums[k, 0] += rotated.real
-            sums[k, 1] += rotated.imag
+            real = imaginary = 0.0
+            for i in range(size):
+                a, b = turned[0, i], turned[1, i]
+                turned[0, i] = a * turns[0, i] - b * turns[1, i]
+                turned[1, i] = a * turns[1, i] + b * turns[0, i]
+                real += turned[0, i]
+                imaginary += turned[1, i]
+            sums[k, 0] += real
+            sums[k, 1] += imaginary
     return sums

@@ -192,7 +192,9 @@ def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:
 
 
 def check_reducible(model: Model) -> None:
-    """Require a gearbox without friction and drag, whose torques would depend on the speed."""
+    """Require a gearbox without planetary sets, and without friction and drag, whose torques depend on the speed."""
+    sets = "model must be without planetary sets, whose steady states are not built yet"
+    require(not model.gearbox.planets, f"{sets}; take exugear.run_up over a slow ramp of the speed, up and down")
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
     require(not rubbing, f"model must be without friction, stages {rubbing} rub; build the gearbox without friction=")
     braked = [shaft.name for shaft in model.gearbox.shafts if shaft.drags]

@@ -10,14 +10,11 @@ import numpy as np
 
 from exugear.steady_state.steady_system import SteadySystem
 
-#: Effort of Newton's iteration at most; residual over the static deflection, and last correction, that count as 0.
-ITERATIONS, CONVERGED, CORRECTED = 8, 1e-9, 1e-6
-#: Last correction by a new jacobian that counts as 0 where a common period of several mesh cycles is costly: after it
-#: the error is its square.
-QUADRATIC = 1e-4
-#: Number of states up to which each iteration has a new jacobian; effort of an iteration without, and share to which
-#: the residual must then fall.
-FEW_STATES, CHORD_EFFORT, FALL = 4, 0.4, 0.3
+#: Effort of Newton's iteration at most, that of an iteration without a new jacobian, and share to which the residual
+#: must then fall.
+ITERATIONS, CHORD_EFFORT, FALL = 8, 0.4, 0.3
+#: Correction that counts as small: by a new jacobian it is the last one, after it the error is its square.
+SMALL = 3e-5
 #: Largest modulus of the multipliers of a stable orbit, less what rounding may add.
 STABLE = 1.0 - 1e-7
 
@@ -32,6 +29,7 @@ class OrbitPoint:
     tangent      (2 n + 1,) of the branch, of length 1
     bifurcation  "fold", "period doubling" or ""
     effort       of Newton's method, in iterations with a new jacobian
+    missed       largest difference of the unknowns from the guess
     """
 
     unknowns: np.ndarray
@@ -40,6 +38,7 @@ class OrbitPoint:
     tangent: np.ndarray
     bifurcation: str = ""
     effort: float = 0.0
+    missed: float = np.inf
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -87,16 +86,14 @@ class PeriodicOrbits:
         jacobian = np.column_stack([end.slopes - np.eye(states.size), by_unknown])
         return end.states / scale - u[:-1], jacobian
 
-    def solved(self, guess: np.ndarray, direction: np.ndarray, near: OrbitPoint | None = None) -> OrbitPoint | None:
+    def solved(self, guess: np.ndarray, direction: np.ndarray, jacobian: np.ndarray | None = None) -> OrbitPoint | None:
         """The orbit on the plane through the guess across the direction; None where Newton's iteration fails.
 
-        near   an orbit whose jacobian serves for many states as long as the residual falls fast
+        jacobian   near the orbit, which serves as long as corrections are not small and the residual falls fast
 
         Raises ValueError where the orbit leaves the map.
         """
-        many = self.system.size > FEW_STATES
-        jacobian = near.jacobian if many and near is not None else None
-        u, size, effort = guess.copy(), np.inf, 0.0
+        u, size, effort, last = guess, np.inf, 0.0, np.inf
         while effort < ITERATIONS:
             if current := jacobian is None:
                 residual, jacobian = self.linearized(u)
@@ -105,17 +102,20 @@ class PeriodicOrbits:
             effort += 1.0 if current else CHORD_EFFORT
             before, size = size, float(np.abs(residual).max())
             if not current and size > FALL * before:
-                jacobian, size = None, np.inf
+                jacobian = None
                 continue
             change = _correction(jacobian, direction, np.append(residual, direction @ (u - guess)))
             u = u + change
             if not u[-1] > 0:
                 return None
-            quadratic = current and self.system.cycles > 1 and np.abs(change).max() < QUADRATIC
-            if quadratic or (size < CONVERGED and np.abs(change).max() < CORRECTED):
-                jacobian = jacobian if current else self.linearized(u)[1]
-                return OrbitPoint(u, jacobian, self.period, _tangent(jacobian, direction), effort=effort)
-            jacobian = jacobian if many else None
+            largest = float(np.abs(change).max())
+            if current and largest < SMALL:
+                missed = float(np.abs(u - guess).max())
+                return OrbitPoint(u, jacobian, self.period, _tangent(jacobian, direction), "", effort, missed)
+            if current and largest > last:
+                return None
+            last = largest if current else last
+            jacobian = None if current or largest < SMALL else jacobian
         return None
 
     def at_frequency(self, states: np.ndarray, frequency: float) -> OrbitPoint | None:

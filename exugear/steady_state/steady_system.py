@@ -16,6 +16,9 @@ from exugear.steady_state.modal_blocks import ModalBlocks
 #: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
 #: share in the mobility needs its root of them. Measured: doubling them changes folds and rms by 3e-4 at most.
 STEPS_PER_CYCLE, STEPS_PER_PERIOD = 512, 320
+#: Number of steps after which the dependence on the states at the beginning is looked at, and value below which it is
+#: rounding. Measured: over 36 mesh cycles 22 states depend on 9 directions in the mean, at low speeds on 3.
+STEPS_PER_SECTION, FORGOTTEN = 2048, 1e-12
 #: Share of a mode in the mobility of the mesh above which a sweep waits for its decay.
 RESOLVED_SHARE = 0.02
 #: Relative change of the frequency for the slope of a period by it, and how much longer the steps for it may be.
@@ -68,6 +71,31 @@ def linear_motion(blocks: ModalBlocks, change: float) -> LinearMotion:
     tables = [blocks.rate_rows[:, None], measures, blocks.by_impulses, dte]
     rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
     return LinearMotion(blocks, rows, matrix, np.linalg.inv(matrix))
+
+
+def sections_of(pieces: np.ndarray) -> list[np.ndarray]:
+    """Pieces of a common period cut into sections of about `STEPS_PER_SECTION` steps, all but the last of even number.
+
+    Their steps are those of the pieces: meshes act in reverse order in every second one.
+    """
+    ends = np.cumsum(pieces[:, 2])
+    cuts = 2 * np.round(np.linspace(0, ends[-1], max(int(ends[-1] / STEPS_PER_SECTION), 1) + 1)[1:-1] / 2)
+    bounds = np.union1d(np.append(0, ends), cuts)
+    of_piece = np.searchsorted(ends, bounds[:-1], side="right")
+    begin = bounds[:-1] - np.append(0, ends)[of_piece]
+    number, (first, length, whole, step) = np.diff(bounds), pieces[of_piece].T
+    cut = np.column_stack([first + length * begin / whole, length * number / whole, number, step])
+    return np.split(cut, np.searchsorted(bounds, cuts))
+
+
+def not_forgotten(columns: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """As few columns (n, c) and directions (c, m) of the same product as possible, but for what is below `FORGOTTEN`.
+
+    The directions are of length 1 and across each other.
+    """
+    left, values, right = np.linalg.svd(columns, full_matrices=False)
+    kept = values > FORGOTTEN
+    return np.ascontiguousarray(left[:, kept] * values[kept]), right[kept] @ directions
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +174,7 @@ class SteadySystem:
         """States (n_time, 2 n) and static forces (n_time, m) [N] at times over the common period, which rise from 0."""
         pieces, motion = self.pieces(frequency, np.union1d(self.breaks, times)), self.at(frequency)
         moved, moves = motion.inverse @ states, motion.propagators(pieces)
-        no_matrix, samples = np.zeros((self.size, 0)), np.zeros((times.size, 1, len(self.meshes), 3))
+        no_matrix, samples = np.zeros((self.size, 0)), np.zeros((times.size, len(self.meshes), 3, 1))
         bounds = np.append(np.searchsorted(pieces[:, 0], times), len(pieces))
         at_times = np.zeros((times.size, self.size))
         for i, time in enumerate(times):
@@ -155,7 +183,7 @@ class SteadySystem:
             at_times[i] = motion.matrix @ moved
             section = slice(bounds[i], bounds[i + 1])
             self._call(motion.rows, pieces[section], moves[section], moved, no_matrix, NO_SAMPLES)
-        return at_times, samples[:, 0, :, 2]
+        return at_times, samples[:, :, 2, 0]
 
     def pieces(self, frequency: float, bounds: np.ndarray | None = None) -> np.ndarray:
         """(p, 4) pieces of the common period between bounds, by default jumps of a force, as `cycle_kernels.advance`.
@@ -177,8 +205,19 @@ class SteadySystem:
         return self._at[change]
 
     def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:
-        """The states after a number of common periods, with their slopes."""
-        return self._advanced(states, np.eye(self.size), self.pieces(frequency), frequency, periods)
+        """The states after a number of common periods, with their slopes.
+
+        Over many cycles motion forgets how it began: directions of the states at the beginning on which the states no
+        longer depend are left out on the way.
+        """
+        motion = self.at(frequency)
+        sections = [(section, motion.propagators(section)) for section in sections_of(self.pieces(frequency))]
+        moved, columns, directions = motion.inverse @ states, motion.inverse.copy(), np.eye(self.size)
+        for number, (section, moves) in enumerate(sections * periods):
+            if number > 0:
+                columns, directions = not_forgotten(columns, directions)
+            self._call(motion.rows, section, moves, moved, columns, NO_SAMPLES)
+        return PeriodEnd(motion.matrix @ moved, motion.matrix @ columns @ directions)
 
     def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, periods: int) -> np.ndarray:
         """(2 n,) slope [m/Hz] of the states after a number of periods, which are end, by the frequency.
@@ -186,19 +225,18 @@ class SteadySystem:
         Over a common period of several mesh cycles it is that of longer steps: tangents and Newton's iteration need it
         to some per cent, folds lie where the slopes by the states are singular.
         """
-        change, pieces, no_matrix = FREQUENCY_STEP * frequency, self.pieces(frequency), np.zeros((self.size, 0))
+        change, pieces = FREQUENCY_STEP * frequency, self.pieces(frequency)
         if self.cycles > 1:
             numbers = np.ceil(pieces[:, 2] / LONGER_STEPS)
             pieces[:, 3] *= pieces[:, 2] / numbers
             pieces[:, 2] = numbers
-            end = self._advanced(states, no_matrix, pieces, frequency, periods).states
+            end = self._moved(states, pieces, frequency, periods)
         pieces[:, 3] /= 1 + FREQUENCY_STEP
-        return (self._advanced(states, no_matrix, pieces, frequency + change, periods).states - end) / change
+        return (self._moved(states, pieces, frequency + change, periods) - end) / change
 
     def settled(self, states: np.ndarray, frequency: float, periods: int) -> np.ndarray:
         """The states after a number of common periods, without slopes."""
-        no_matrix = np.zeros((self.size, 0))
-        return self._advanced(states, no_matrix, self.pieces(frequency), frequency, periods).states
+        return self._moved(states, self.pieces(frequency), frequency, periods)
 
     def orbits(self, states: np.ndarray, frequency: float, periods: int) -> list[Orbit]:
         """Samples of every mesh over a number of common periods."""
@@ -206,23 +244,22 @@ class SteadySystem:
         numbers = pieces[:, 2].astype(int)
         moved, moves, tables = motion.inverse @ states, motion.propagators(pieces), []
         for _ in range(periods):
-            samples = np.zeros((numbers.sum(), len(self.meshes), 3))
+            samples = np.empty((len(self.meshes), 3, numbers.sum()))
             self._call(motion.rows, pieces, moves, moved, np.zeros((self.size, 0)), samples)
             tables.append(samples)
         middles = [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
         weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), periods) / periods
         times = (np.arange(periods)[:, None] + np.concatenate(middles)).ravel()
-        columns = np.moveaxis(np.concatenate(tables), 0, -1)
+        columns = tables[0] if periods == 1 else np.concatenate(tables, axis=-1)
         return [Orbit(weight, x.phase + x.cycles * times, *y) for x, y in zip(self.meshes, columns, strict=True)]
 
-    def _advanced(
-        self, states: np.ndarray, matrix: np.ndarray, pieces: np.ndarray, frequency: float, periods: int
-    ) -> PeriodEnd:
+    def _moved(self, states: np.ndarray, pieces: np.ndarray, frequency: float, periods: int) -> np.ndarray:
+        """The states after a number of common periods of these pieces."""
         motion = self.at(frequency)
-        moved, matrix, moves = motion.inverse @ states, motion.inverse @ matrix, motion.propagators(pieces)
+        moved, moves, no_columns = motion.inverse @ states, motion.propagators(pieces), np.zeros((self.size, 0))
         for _ in range(periods):
-            self._call(motion.rows, pieces, moves, moved, matrix, NO_SAMPLES)
-        return PeriodEnd(motion.matrix @ moved, motion.matrix @ matrix)
+            self._call(motion.rows, pieces, moves, moved, no_columns, NO_SAMPLES)
+        return motion.matrix @ moved
 
     def _call(self, rows, pieces, moves, states, matrix, samples) -> None:
         try:

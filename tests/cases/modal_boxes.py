@@ -11,6 +11,15 @@ from exugear.multibody.model import matrices_without_meshes
 from fem.units import mm
 
 MASS = 3.1145
+#: Lin & Parker, J. Vib. Acoust. 121 (1999) [Hz].
+THREE_PLANETS = (
+    *(0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 2276.4, 2276.4, 2658.3),
+    *(6986.3, 6986.3, 7462.8, 9647.9, 9647.9, 11775.3),
+)
+FOUR_PLANETS = (
+    *(0, 727.0, 727.0, 1091.0, 1091.0, 1536.6, 1808.2, 1892.8, 1892.8, 1970.6, 2342.5, 2342.5, 2625.7),
+    *(5963.8, 6981.7, 7189.9, 7189.9, 7773.6, 10437.6, 10437.6, 13071.1),
+)
 
 
 def pair_of_shafts(*parts, fast=(), law=None, ratio: float = 1.0) -> exugear.Model:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
+from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
 from scenes import linear_law, smooth_box, smooth_map
 from skfem import ElementQuad1
 
@@ -57,6 +58,13 @@ def run_on_bearings() -> exugear.Run:
     ball = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
     model = exugear.build(smooth_box(parts={0 * mm: ball, 60 * mm: ball}))
     return exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.02, progress=False, checks=0)
+
+
+@cache
+def run_of_a_set() -> exugear.Run:
+    """A short run of a planetary set."""
+    model = exugear.build(planetary_box())
+    return exugear.run_up(model, speed=50.0, load=100.0, duration=1e-3, progress=False, checks=0)
 
 
 @cache
@@ -110,7 +118,8 @@ def instances() -> dict[str, Any]:
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
-        exugear.SpeedReached("fast", 55.0), exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
+        planetary(), exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
+        exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
 
@@ -190,7 +199,12 @@ def by_name() -> dict[str, Any]:
         "MeshFriction.from_ste.torque": 100.0, "torque.load": 100.0,
         "local.distance": mm, "start.friction": True, "start.zeroed": True,
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
-        "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
+        "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
+        "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
+
+        "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring",
+        "mesh_phases.harmonics": 2, "ratios.driving": "sun", "ratios.held": "ring",
+        "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
         "plot_solid.ax": Figure().add_subplot(projection="3d"),

@@ -4,21 +4,12 @@ import numpy as np
 import planetary_set
 import pytest
 from measured_rows import deviation
-from modal_boxes import pair_of_shafts, planets
+from modal_boxes import FOUR_PLANETS, THREE_PLANETS, pair_of_shafts, planets
 
 import exugear
 
 #: Both gears free to spin and to move along the line of action on a spring (validation, section 2) [N/m, Hz].
 ON_BEARINGS = {1e9: (2078.72, 2851.86, 4765.41), 2e8: (1002.75, 1275.39, 4417.94)}
-#: Lin & Parker, J. Vib. Acoust. 121 (1999) [Hz].
-THREE_PLANETS = (
-    *(0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 2276.4, 2276.4, 2658.3),
-    *(6986.3, 6986.3, 7462.8, 9647.9, 9647.9, 11775.3),
-)
-FOUR_PLANETS = (
-    *(0, 727.0, 727.0, 1091.0, 1091.0, 1536.6, 1808.2, 1892.8, 1892.8, 1970.6, 2342.5, 2342.5, 2625.7),
-    *(5963.8, 6981.7, 7189.9, 7189.9, 7773.6, 10437.6, 10437.6, 13071.1),
-)
 
 
 @pytest.mark.parametrize("k", ON_BEARINGS)

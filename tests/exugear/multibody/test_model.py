@@ -171,7 +171,7 @@ def test_bad_bearings_are_refused(field):
 @pytest.mark.parametrize(
     ("parts", "changes", "message"),
     [
-        ({}, {}, "carries no gear"),
+        ({}, {}, "no part with a body: no fem.Gear and no Disc; pass inertia= and mass="),
         ({0.0: "gear"}, {}, "parts holds"),
         ({30.0: paper_gear()}, {}, "pass metres"),
         ({0.0: paper_gear()}, {"inertia": -1.0}, "inertia of shaft"),

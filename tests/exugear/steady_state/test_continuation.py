@@ -28,7 +28,7 @@ class Orbits:
     def frequency_of(self, unknowns):
         return unknowns[-1]
 
-    def solved(self, guess, direction, near=None):
+    def solved(self, guess, direction, jacobian=None):
         return None
 
     def at_frequency(self, states, frequency):

@@ -11,6 +11,9 @@ from settled_runs import LOAD, TOP, agree, compare, picked, settled_dte
 
 import exugear
 import fem
+from exugear.steady_state import steady_system
+from exugear.steady_state.gearbox_reduction import reduced
+from exugear.steady_state.steady_system import SteadySystem, not_forgotten
 from fem.units import mm, rpm
 
 
@@ -110,3 +113,54 @@ def test_branches_do_not_depend_on_the_order_of_the_stages_nor_on_the_range():
         data = exugear.steady_states(model, speed=speeds, load=LOAD, stage=stages)
         of_two = data["speed"].values[(data["period"].values == 2) & data["stable"].values]
         assert (of_two.min(), of_two.max()) == pytest.approx(speeds)
+
+
+def common_period_of_36() -> exugear.Model:
+    """24/36 and 25/40 teeth: the meshes meet again after a revolution of the shaft between them."""
+    gears = [fem.Gear(z=z, m_n=3 * mm, b=25 * mm, d_bore=20 * mm) for z in (24, 36, 25, 40)]
+    first = exugear.Shaft("first", {30 * mm: gears[0]})
+    middle = exugear.Shaft("middle", {30 * mm: gears[1], 80 * mm: gears[2]})
+    last = exugear.Shaft("last", {80 * mm: gears[3]})
+    law = replace(linear_law(k=(3e8, 4e8, 3.4e8), reach=3e-4), damping=2500.0)
+    pairs = fem.GearPair(*gears[:2]), fem.GearPair(*gears[2:])
+    stages = [exugear.Stage(first, middle, law, pair=pairs[0]), exugear.Stage(middle, last, law, pair=pairs[1])]
+    return exugear.build(exugear.Gearbox(stages))
+
+
+def test_a_point_of_a_long_period_costs_few_motions_over_it(monkeypatch):
+    """The iteration starts beside the orbit, and the slopes of a motion are computed once."""
+    model, motions = common_period_of_36(), {"settled": 0, "periods_end": 0}
+
+    def counted(name):
+        method = getattr(SteadySystem, name)
+
+        def wrapper(*arguments):
+            motions[name] += 1
+            return method(*arguments)
+
+        monkeypatch.setattr(SteadySystem, name, wrapper)
+
+    for name in motions:
+        counted(name)
+    data = exugear.steady_states(model, speed=(2800 * rpm, 3200 * rpm), load=200.0, stage=(0, 1))
+    assert data.attrs["common_period"] == 36
+    assert motions["settled"] < 3 * data.sizes["point"] + 10
+    assert motions["periods_end"] < 2 * data.sizes["point"] + 6
+
+
+def test_what_a_long_period_forgets_is_left_out_of_its_slopes(monkeypatch):
+    """At its end the motion depends on few directions of its beginning: the others are dropped on the way."""
+    system = reduced(two_stages_in_space(), {"last": 250.0}, [0, 1], speed=50.0, drive="held").system
+    frequency, columns = 0.1 * system.resonance, []
+    states = system.settled(np.zeros(system.size), frequency, 4)
+
+    def counted(*matrices):
+        left = not_forgotten(*matrices)
+        columns.append(left[0].shape[1])
+        return left
+
+    monkeypatch.setattr(steady_system, "not_forgotten", counted)
+    slopes = system.periods_end(states, frequency, 8).slopes
+    monkeypatch.setattr(steady_system, "not_forgotten", lambda *unchanged: unchanged)
+    assert columns[-1] < system.size / 2
+    assert slopes == pytest.approx(system.periods_end(states, frequency, 8).slopes, abs=1e-10)

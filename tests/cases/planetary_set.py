@@ -1,4 +1,4 @@
-"""A planar planetary set built by hand in Exudyn, for `planetary.py` and `planetary_load_sharing.py`.
+"""A planar planetary set built by hand in Exudyn, to compare with `exugear.Planetary` and to test hand-built systems.
 
 Masses and stiffnesses: Lin & Parker, Analytical characterization of the unique properties of planetary gear free
 vibration, J. Vib. Acoust. 121 (1999); every mesh has a constant stiffness. Damping and teeth are chosen here. Only the
