@@ -51,7 +51,8 @@ LINE_LOADS, POINTS = np.geomspace(3e3, 3e6, 19), 8
 
 def check_path(name: str, pair) -> None:
     """ValueError for a pair whose path of contact is not known."""
-    remedy = "a RingPair has no path of contact: take fem.GearPair(planet, ring), or pass the tables pull and lever"
+    tables = "a ring has no path of contact: pass the tables, MeshFriction(coefficient, pull, lever)"
+    remedy = f"{tables}, or take fem.GearPair(planet, ring)"
     require(isinstance(pair, GearPair), f"{name} must be a fem.GearPair, got {type(pair).__name__}; {remedy}")
 
 
