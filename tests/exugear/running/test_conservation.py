@@ -62,6 +62,7 @@ def test_energy_of_spinning_gears_converges_in_fourth_order_over_a_thousand_mesh
     assert fine < 1e-3 * former
 
 
+@pytest.mark.slow
 def test_energy_of_gears_in_space_with_all_offset_axes_converges_in_fourth_order(measured):
     """Up to the smoothness of the tables, 5e-4 of what the mesh stores."""
     bearing = exugear.Bearing(radial=2e8, axial=1e8)
