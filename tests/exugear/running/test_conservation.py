@@ -1,6 +1,7 @@
 """Energy of pairs that turn without damping: one potential keeps it to the error of the integrator."""
 
 import numpy as np
+import pytest
 import scipy
 from measured_rows import deviation
 from scenes import paper_pair, smooth_map
