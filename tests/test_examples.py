@@ -52,6 +52,7 @@ def test_resonances_lie_where_stiffness_and_inertia_put_them(short):
         assert 0.85 * natural < main < 1.02 * natural
 
 
+@pytest.mark.slow
 def test_superharmonics_are_excited_by_the_second_third_and_fourth_mesh_harmonic(short):
     """Their vibrations have the natural frequency of the loaded pair; the main resonance leans below it."""
     ste, box, runs = short

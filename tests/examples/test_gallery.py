@@ -17,6 +17,7 @@ import exugear
 from fem.units import um
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the jump of the vibration")  # the quick sweep passes the fold in 0.1 s
 def test_tip_relief_quietens_the_design_load_and_not_the_light_one(tmp_path):
     numbers = tip_relief.main(tmp_path, quick=True)
@@ -65,6 +66,7 @@ def test_a_coast_down_follows_the_closed_form_and_its_energy_balances(tmp_path):
     assert abs(balance.residual) < 1e-4 * abs(balance.stored)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:orders 23, 46 are NaN")  # of the quick run-up, below 1107 rpm
 def test_bearing_forces_of_the_reducer_peak_where_a_mesh_order_crosses_a_mode(tmp_path):
     table, peaks = ev_reducer.main(tmp_path, quick=True)
@@ -73,6 +75,7 @@ def test_bearing_forces_of_the_reducer_peak_where_a_mesh_order_crosses_a_mode(tm
         assert np.abs(table["rpm"] / peak - 1).min() < 0.05
 
 
+@pytest.mark.slow
 def test_report_states_the_balance_of_a_run_with_all_its_stages_and_bearings(tmp_path):
     run, files = run_report.main(tmp_path, quick=True)
     balance, page = run.energy_balance(), files[0].read_text(encoding="utf-8")
@@ -93,6 +96,7 @@ def test_shuttling_moves_the_load_between_the_bearings_at_a_constant_mesh_force(
         assert (centroid.mean() < -4e-3) == (tilt > 0)
 
 
+@pytest.mark.slow
 def test_run_up_and_coast_down_leave_their_branches_at_the_folds(tmp_path):
     states, sweeps = steady_states.main(tmp_path, quick=True)
     lower, upper = steady_states.folds(states)["mesh frequency [Hz]"]

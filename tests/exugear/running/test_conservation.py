@@ -1,6 +1,7 @@
 """Energy of pairs that turn without damping: one potential keeps it to the error of the integrator."""
 
 import numpy as np
+import pytest
 import scipy
 from measured_rows import deviation
 from scenes import paper_pair, smooth_map
@@ -62,6 +63,7 @@ def test_energy_of_spinning_gears_converges_in_fourth_order_over_a_thousand_mesh
     assert fine < 1e-3 * former
 
 
+@pytest.mark.slow
 def test_energy_of_gears_in_space_with_all_offset_axes_converges_in_fourth_order(measured):
     """Up to the smoothness of the tables, 5e-4 of what the mesh stores."""
     bearing = exugear.Bearing(radial=2e8, axial=1e8)

@@ -26,6 +26,7 @@ def test_an_old_map_holds_its_pair(pair):
     assert fem.pair_of(fem.load(OLD)) == pair
 
 
+@pytest.mark.slow
 def test_an_old_map_is_that_of_the_flanks_within_the_error_of_its_slices(pair):
     """Of six slices, which missed the first touch by 0.09 um; those of today find it."""
     old, solved = fem.load(OLD), fem.static_transmission_error
