@@ -248,3 +248,30 @@ def test_a_set_of_spins_drives_one_on_pins():
     assert run.data["reaction_torque"].sizes["held_end"] == 2
     inertia = sum(x * (box.ratios[name] / box.ratios["middle"]) ** 2 for name, x in box.inertias.items())
     assert float(run.data["drive_torque"].mean()) == pytest.approx(500.0 * inertia, rel=0.02)
+
+
+@pytest.mark.slow
+def test_planets_in_sequence_take_the_mesh_frequency_out_of_a_set_on_maps_of_finite_elements():
+    """Of maps by finite elements for sun and ring: planets in phase add up, in sequence they hardly excite the torque."""
+    sun, planet = (fem.Gear(z=z, m_n=3 * mm, b=25 * mm, d_bore=30 * mm) for z in (21, 39))
+    ring = fem.Gear(z=-99, m_n=3 * mm, b=25 * mm, d_a=293.5 * mm, d_rim=340 * mm)
+    pairs = fem.GearPair(sun, planet, a=90 * mm), fem.GearPair(planet, ring, a=90 * mm)
+    options = {"torque": [0, 80, 160, 320], "phases": 12, "resolution": fem.Slices(), "progress": False}
+    maps = [fem.static_transmission_error(pair, **options) for pair in pairs]
+    carrier = exugear.Shaft("carrier", {}, inertia=0.05, mass=5.0)
+    shafts = {"sun": exugear.Shaft("sun", {0.0: sun}), "ring": exugear.Shaft("ring", {0.0: ring}), "carrier": carrier}
+    ripples = []
+    for step in (120 * deg, 126 * deg):
+        angles = (0.0, step, 2 * step)
+        meshes = {"sun_mesh": maps[0], "ring_mesh": maps[1], "damping": 2000.0}
+        box = exugear.Gearbox([exugear.Planetary(**shafts, **meshes, angles=angles)], held="ring")
+        run = {"speed": 20.0, "load": 1000.0, "duration": 0.1, "power": True, "progress": False}
+        slow = exugear.run_up(exugear.build(box), **run)
+        assert slow.energy_balance().relative < 1e-6
+        sun_torque = slow.data["drive_torque"].values
+        assert sun_torque.mean() == pytest.approx(1000.0 * 21 / 120, rel=1e-3)
+        cycles = 20.0 * (99 / 120) * 21 / (2 * pi) * slow.data["time"].values
+        later = cycles > 0.5
+        whole = later & (cycles < 0.5 + int(cycles[-1] - 0.5))
+        ripples.append(abs(np.mean(sun_torque[whole] * np.exp(-2j * pi * cycles[whole]))))
+    assert ripples[1] < 0.1 * ripples[0]
