@@ -252,7 +252,7 @@ def test_a_set_of_spins_drives_one_on_pins():
 
 @pytest.mark.slow
 def test_planets_in_sequence_take_the_mesh_frequency_out_of_a_set_on_maps_of_finite_elements():
-    """Of maps by finite elements for sun and ring: planets in phase add up, in sequence they hardly excite the torque."""
+    """Maps by finite elements of sun and ring: planets in phase add up, in sequence they hardly excite the torque."""
     sun, planet = (fem.Gear(z=z, m_n=3 * mm, b=25 * mm, d_bore=30 * mm) for z in (21, 39))
     ring = fem.Gear(z=-99, m_n=3 * mm, b=25 * mm, d_a=293.5 * mm, d_rim=340 * mm)
     pairs = fem.GearPair(sun, planet, a=90 * mm), fem.GearPair(planet, ring, a=90 * mm)
