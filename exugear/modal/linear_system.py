@@ -20,7 +20,7 @@ from exugear.multibody.bearings_and_drags import drag_name
 from exugear.multibody.exudyn_objects import INITIAL, current_state
 from exugear.multibody.gear_contact import contacts_of
 from exugear.multibody.linearization import disengaged, set_velocities
-from exugear.multibody.model import Model, further_objects
+from exugear.multibody.model import Model, centre_of, further_objects
 from exugear.planning.eigenmodes import measured_rows, rigid_motions
 from fem.support.validation import require
 
@@ -122,7 +122,7 @@ def in_carrier_frame(model: Model, system: LinearSystem, speeds: np.ndarray) -> 
     damping, centrifugal = system.damping.copy(), np.zeros_like(system.damping)
     turning = [name for name, kind in model.plan.shafts.items() if kind.on_bearings]
     for name in turning if speeds.any() else ():
-        shaft, centre = box.ends[name], model.centre_of(name)
+        shaft, centre = box.ends[name], centre_of(model, name)
         _check_isotropic(shaft)
         mass = system.mass[centre, centre]
         for k, w in enumerate((ratio * speeds).tolist()):

@@ -15,7 +15,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model, end_coordinate, held_by_joints, matrices_without_meshes
+from exugear.multibody.model import Mesh, Model, centre_of, end_coordinate, held_by_joints, matrices_without_meshes
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
@@ -89,8 +89,8 @@ def _turned(model: Model, displacements: np.ndarray) -> np.ndarray:
         if stage.carrier and stage.carrier.name in box.carriers_of_pins:
             for shaft in stage.shafts:
                 if model.scene.shafts[shaft.name].on_bearings:
-                    x, y = displacements[model.centre_of(shaft.name)]
-                    velocities[model.centre_of(shaft.name)] = box.ratios[stage.carrier.name] * np.array([-y, x])
+                    x, y = displacements[centre_of(model, shaft.name)]
+                    velocities[centre_of(model, shaft.name)] = box.ratios[stage.carrier.name] * np.array([-y, x])
     return velocities
 
 
@@ -245,7 +245,7 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
     for pin in model.pins:
-        centre = model.centre_of(pin.planet.name)
+        centre = centre_of(model, pin.planet.name)
         torques |= dict(enumerate(-pin.planet.mass * accelerations[centre], start=centre.start))
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 

@@ -125,12 +125,8 @@ class BuiltSystem:
         for name, shaft in self.gearbox.ends.items():
             ratios[self.turning[name]] = self.gearbox.ratios[shaft.name]
         for pin in self.pins:
-            ratios[self.centre_of(pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
+            ratios[centre_of(self, pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
         return ratios
-
-    def centre_of(self, name: str) -> slice:
-        """Indices of x and y of a body that moves in the plane, by the name of its shaft."""
-        return slice(self.spins[name] - 2, self.spins[name])
 
     @property
     def spin_motions(self) -> dict[str, np.ndarray]:
@@ -139,7 +135,7 @@ class BuiltSystem:
         for name, spin in self.spins.items():
             motions[name][spin] = 1.0
         for pin in self.pins:
-            motions[pin.carrier.name][self.centre_of(pin.planet.name)] = pin.orbit
+            motions[pin.carrier.name][centre_of(self, pin.planet.name)] = pin.orbit
         return motions
 
     @property
@@ -167,6 +163,11 @@ class Model(BuiltSystem):
 
     def __repr__(self) -> str:
         return f"Model of {self.gearbox!r}\n{self.plan}"
+
+
+def centre_of(model: BuiltSystem, name: str) -> slice:
+    """Indices of x and y of a body that moves in the plane, by the name of its shaft."""
+    return slice(model.spins[name] - 2, model.spins[name])
 
 
 def require_model(model) -> None:
