@@ -82,6 +82,7 @@ def test_code_of_the_readme_of_exugear(tmp_path):
     assert names["run"].data["bearing_force"].dims == ("bearing", "direction", "time")
 
 
+@pytest.mark.slow
 def test_recipes_run(tmp_path):
     """At the start the bearings of the slow shaft balance the mesh force of the idler; the idler lies 60 deg from x."""
     names, _ = executed(HOW_TO, tmp_path, {"duration=0.5": "duration=0.1", "windows=20": "windows=5"})
@@ -109,6 +110,7 @@ def test_recipes_run(tmp_path):
     assert float(names["tilted"]["K_H_beta"][0]) == pytest.approx(1.57, abs=0.01)
 
 
+@pytest.mark.slow
 def test_tutorial_ends_at_the_resonances_of_its_modes(tmp_path):
     """Peaks of the run-up lie at the modes that the mesh excites, and at a third of the first, as the text says."""
     names, _ = executed(START, tmp_path)

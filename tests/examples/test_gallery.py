@@ -28,6 +28,7 @@ def test_tip_relief_quietens_the_design_load_and_not_the_light_one(tmp_path):
     assert short[tip_relief.LIGHT][0] == pytest.approx(none[tip_relief.LIGHT][0], abs=0.2 * um)
 
 
+@pytest.mark.slow
 def test_an_overlap_ratio_of_one_takes_the_variation_out_of_the_ste(tmp_path):
     (spur, dte), (half, _), (whole, quiet) = helical_and_spur.main(tmp_path, quick=True).values()
     assert whole < 0.1 * spur

@@ -52,6 +52,7 @@ def contact(flank):
     return resolved
 
 
+@pytest.mark.slow
 def test_a_modification_in_python_gives_the_contact_of_the_same_one_that_is_known():
     class Crowning:
         def removed(self, face, roll, axial):
