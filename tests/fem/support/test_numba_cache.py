@@ -63,13 +63,15 @@ def kept_in(tmp_path_factory, monkeypatch) -> Path:
 
 
 def write(root: Path, factor: float) -> None:
-    """A package of three folders: kernels call a law, which reads a number."""
+    """A package of three folders: kernels call a law, which reads a number; unchanged files keep their time."""
     name = f"package_of_{root.name}"
     texts = {"kernels/module": SOURCE, "law/helper": HELPER, "numbers/factor": NUMBER}
     for path, text in texts.items():
         file = root / name / f"{path}.py"
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text.format(package=name, factor=factor))
+        content = text.format(package=name, factor=factor)
+        if not file.exists() or file.read_text() != content:
+            file.write_text(content)
 
 
 def entry_in(root: Path, monkeypatch):
