@@ -238,8 +238,8 @@ class Planetary:
             name = f"{self.name} planet {number}".strip()
             named = isinstance(self.planet, list | tuple) and isinstance(planet, Shaft)
             shaft = planet if isinstance(planet, Shaft) else Shaft(name, {axial: planet})
-            own = f"planet {shaft.name!r} has bearings of its own; give them by pin="
-            require(not shaft.bearings, own)
+            bearings = f"planet {shaft.name!r} must have no bearings, got {len(shaft.bearings)}; pass them as pin="
+            require(not shaft.bearings, bearings)
             parts = {at: [*_group(part), *([pin] if pin and at == axial else [])] for at, part in shaft.parts.items()}
             shafts.append(replace(shaft, name=shaft.name if named else name, parts=parts))
         return [_displaced(*each) for each in zip(shafts, self.angles, self._pin_errors(), strict=True)]

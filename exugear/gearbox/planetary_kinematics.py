@@ -78,8 +78,8 @@ def speeds_of_members(meshes: Sequence[MeshOfMembers], driving: str, held: Colle
     at = members.index(driving)
     if len(basis) > 1:
         reaction = _reaction_members(meshes, driving, held, len(basis))
-        free = f"{len(basis)} speeds are free, a drive imposes one: no member takes the reaction torque"
-        raise ValueError(f"{free}; hold one of {reaction}, as in Gearbox([...], held={reaction[0]!r})")
+        undetermined = f"{len(basis)} speeds are free, a drive imposes one: no member takes the reaction torque"
+        raise ValueError(f"{undetermined}; hold one of {reaction}, as in Gearbox([...], held={reaction[0]!r})")
     require(bool(basis) and basis[0][at] != 0, f"the train jams: member {driving!r} cannot turn; hold fewer members")
     return {name: speed / basis[0][at] for name, speed in zip(members, basis[0], strict=True)}
 

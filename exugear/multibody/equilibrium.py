@@ -16,6 +16,7 @@ from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
 from exugear.multibody.model import Mesh, Model, centre_of, end_coordinate, held_by_joints, matrices_without_meshes
+from exugear.multibody.planet_pins import Pin
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
@@ -71,8 +72,8 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         torques = _torques_at_start(model, conditions, considered * ratios)
         if model.gearbox.planets:
             q = _shared_among_planets(model, q, conditions, torques)
-        with _centrifugal_forces(model, speed):
-            q = _statically_solved(model, q, conditions, torques)
+        with _softened_by_rotation(model, speed):
+            q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speed))
     system.SetODE2Coordinates(q, INITIAL)
     system.SetODE2Coordinates_t(speed * ratios + speed * _turned(model, q), INITIAL)
     centripetal = -(speed**2) * _turned(model, ratios + _turned(model, q))
@@ -250,28 +251,38 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 
+def _with_centrifugal_forces(model: Model, torques: Mapping[int, float], speed: float) -> dict[int, float]:
+    """Torques with the centrifugal forces m W^2 rho [N] of planets on pins at a speed of the driving shaft [rad/s]."""
+    total = dict(torques)
+    for pin in model.pins:
+        force = _softening(model, pin, speed) * np.asarray(pin.position[:2])
+        for index, value in enumerate(force.tolist(), start=centre_of(model, pin.planet.name).start):
+            total[index] = total.get(index, 0.0) + value
+    return total
+
+
+def _softening(model: Model, pin: Pin, speed: float) -> float:
+    """Centrifugal stiffness m W^2 [N/m] of a planet on a pin at a speed of the driving shaft [rad/s]."""
+    omega = speed * model.gearbox.ratios[pin.carrier.name]
+    softening = pin.planet.mass * omega**2
+    fast = f"planet {pin.planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
+    require(softening < 0.5 * float(pin.bearing.stiffness[0, 0]), f"{fast}; take a stiffer pin, or a lower speed")
+    return softening
+
+
 @contextmanager
-def _centrifugal_forces(model: Model, speed: float) -> Iterator[None]:
-    """Apply the centrifugal forces of planets on pins at a speed of the driving shaft [rad/s]: m W^2 (rho + u)."""
-    mbs, objects, loads = model.mbs, [], []
+def _softened_by_rotation(model: Model, speed: float) -> Iterator[None]:
+    """Give planets on pins the stiffness -m W^2 of their displacements at a speed of the driving shaft [rad/s]."""
+    mbs, objects = model.mbs, []
     for pin in model.pins if speed else ():
-        omega, node = speed * model.gearbox.ratios[pin.carrier.name], node_of(mbs, model.bodies[pin.planet.name])
-        softening = pin.planet.mass * omega**2
-        fast = f"planet {pin.planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
-        holds = softening < 0.5 * float(pin.bearing.stiffness[0, 0])
-        require(holds, f"{fast}; take a stiffer pin, or a lower speed")
+        softening, node = _softening(model, pin, speed), node_of(mbs, model.bodies[pin.planet.name])
         matrix = np.diag([-softening, -softening, 0.0])
         objects.append(mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix)))
-        for i in range(2):
-            marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=i))
-            loads.append(mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=softening * pin.position[i])))
     try:
         if objects:
             mbs.Assemble()
         yield
     finally:
-        for load in reversed(loads):
-            mbs.DeleteLoad(load, suppressWarnings=True)
         for number in reversed(objects):
             mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
         if objects:

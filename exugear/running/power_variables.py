@@ -129,7 +129,8 @@ def _motions_on_pins(
 ) -> dict[str, ShaftMotion]:
     """Motion of planets on pins and of their carriers; recorded: the spins of the planets by their meshes.
 
-    The planet's velocity is that of its place on the carrier, and its own: R^T c' + omega J (rho + d) + w.
+    The planet's velocity in the frame of the carrier, whose centre moves by c: R^T c' + omega J (rho + d) + w, with the
+    displacement d from the pin at rho and its rate w.
     """
     by_name = {}
     for pin in model.pins:

@@ -13,7 +13,7 @@ from exugear.steady_state.steady_system import SteadySystem
 #: Effort of Newton's iteration at most, that of an iteration without a new jacobian, and share to which the residual
 #: must then fall.
 ITERATIONS, CHORD_EFFORT, FALL = 8, 0.4, 0.3
-#: Correction that counts as small: by a new jacobian it is the last one, after it the error is its square.
+#: Correction of the unknowns after which, by a new jacobian, Newton's iteration ends: the error left is its square.
 SMALL = 3e-5
 #: Largest modulus of the multipliers of a stable orbit, less what rounding may add.
 STABLE = 1.0 - 1e-7

@@ -96,8 +96,8 @@ class Grid:
     def check(self, face: FlankExtent) -> None:
         """ValueError where the grid misses the flank."""
         if face.z < 0 and self.roll[-1] > 0:
-            own = "roll lengths of an internal gear are < 0 and increase from root to tip"
-            raise ValueError(f"roll: {own}, got up to {self.roll[-1]:g} m; pass Grid(-roll[::-1], axial, values[::-1])")
+            signs = f"roll lengths of an internal gear are < 0 and increase to the tip, got up to {self.roll[-1]:g} m"
+            raise ValueError(f"roll: {signs}; pass Grid(-roll[::-1], axial, values[::-1])")
         for name, low, high in (("roll", face.roll_form, face.roll_tip), ("axial", -face.width / 2, face.width / 2)):
             first, last = getattr(self, name)[0], getattr(self, name)[-1]
             if not (first < high and last > low):
