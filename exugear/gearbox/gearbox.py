@@ -44,7 +44,10 @@ class Gearbox:
                       Without carriers its sense of rotation; on a carrier that of the torque that drives it
     shaft_positions   x, y of every shaft [m], the first stage's fast shaft at 0; of planets while their carrier stands
                       in the reference configuration
-    phases            of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
+    phases            of every stage in the reference configuration, where all driving flanks touch, as share of a
+                      pitch; in pitches of a law over several: there tooth 0 of the first gear meets tooth 0 of its
+                      mate, and every further gear is mounted with tooth 0 at the pitch point of its first mesh, or the
+                      next tooth behind it
 
     Raises ValueError for gears without a mate, shafts that are not coupled, two shafts of the same name, loops that do
     not close, jam, do not assemble, or whose loaded flanks do not touch at the same time, and for planetary sets in

@@ -8,6 +8,8 @@ mesh is the tooth position of either gear minus the tooth position of that gear 
 couples the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch. Tooth positions
 are those in the mid-plane of each gear: where the mid-planes of a helical pair differ, the helix turns the wheel.
 
+Laws over several pitches tell the teeth apart: `exugear.gearbox.tooth_numbers` says which ones meet.
+
 Planets are taken where they stand in the reference configuration; as their carrier turns, phases stay. A ring has the
 pitch point on the same side as its mate, and z < 0: its tooth position grows as it turns with the pinion. It is counted
 from the flank that touches: a ring meshes with planets alone, and its tooth thickness shifts all of them alike.
@@ -22,6 +24,7 @@ import numpy as np
 from exugear.gearbox.gear_train import Path, Traversal, fitting_angles, fitting_remedy, traverse
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
+from exugear.gearbox.tooth_numbers import mounted, phase_of_law
 from fem.pair.pair import GearPair
 from fem.pair.placement import meshing_angles
 from fem.support.validation import require
@@ -45,7 +48,7 @@ class AtPhaseZero(NamedTuple):
 def phases(
     stages: Sequence[Stage], directions: Sequence[int], positions: Mapping[str, tuple[float, float]]
 ) -> tuple[float, ...]:
-    """Phase of every stage; ValueError where the teeth of a loop of gears do not fit, or given phases disagree.
+    """Phase of every stage, in the pitches of its law; ValueError where teeth do not fit, or given phases disagree.
 
     directions   sense in which the pinion of each stage drives, +1 or -1
     positions    x, y [m] of each shaft
@@ -55,8 +58,7 @@ def phases(
     known: dict[int, float] = {}
     while rest := [i for i in range(len(stages)) if i not in known]:
         known |= _phases_of_train(stages, directions, at_zero, traverse(edges, edges[rest[0]][0]))
-    # The second remainder turns 1.0, to which small negative phases round, into 0.0.
-    return tuple(known[i] % 1.0 % 1.0 for i in range(len(stages)))
+    return tuple(known[i] for i in range(len(stages)))
 
 
 def _at_phase_zero(stage: Stage, direction: int, positions: Mapping[str, tuple[float, float]]) -> AtPhaseZero:
@@ -84,7 +86,35 @@ def _phases_of_train(
     numbers = sorted([*(i for i, _ in train.tree), *train.closing])
     relative = {i: positions[stages[i].ends[0]] - at_zero[i].pinion for i in numbers}
     shift = _shift(stages, relative)
-    return {i: phase + shift for i, phase in relative.items()}
+    if all(stages[i].force.pitches == 1 for i in numbers):
+        return {i: phase_of_law(stages[i].pair, 1, x + shift, x + shift) for i, x in relative.items()}
+    return _phases_of_teeth(stages, at_zero, train, shift)
+
+
+def _phases_of_teeth(
+    stages: Sequence[Stage], at_zero: Sequence[AtPhaseZero], train: Traversal, first: float
+) -> dict[int, float]:
+    """Phases of the stages of a train by the numbers of the teeth that meet; first: tooth position of its first gear.
+
+    A phase that is given for a stage counts with its whole pitches.
+    """
+    positions = {next(node for node, path in train.paths.items() if not path): first}
+    for i, sense in train.tree:
+        reached, new = stages[i].ends[::sense]
+        (zero_reached, zero_new), given = at_zero[i][::sense], stages[i].phase
+        by_mate = positions[reached] - zero_reached
+        positions[new] = zero_new + (mounted(by_mate, stages[i].pair) if given is None else given)
+    phases_of_stages = {}
+    for i in sorted([*(i for i, _ in train.tree), *train.closing]):
+        stage, ends = stages[i], zip(stages[i].ends, at_zero[i], strict=True)
+        by_teeth = [positions[end] - zero for end, zero in ends]
+        if stage.phase is not None:
+            by_teeth = [stage.phase, stage.phase]
+        try:
+            phases_of_stages[i] = phase_of_law(stage.pair, stage.force.pitches, *by_teeth)
+        except ValueError as error:
+            raise ValueError(f"stage {stage.name}: {error}") from None
+    return phases_of_stages
 
 
 def _shift(stages: Sequence[Stage], relative: Mapping[int, float]) -> float:

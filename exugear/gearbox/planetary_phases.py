@@ -13,10 +13,11 @@ gears, J. Mech. Des. 126 (2004).
 
 from collections.abc import Sequence
 from math import cos, degrees, gcd, pi
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.tooth_numbers import mounted, phase_of_law
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.arguments import Numbers, checked
@@ -32,11 +33,20 @@ ROUNDING = 1e-6
 
 
 class PlanetaryPhases(NamedTuple):
-    """Phases of the meshes of every planet with sun and ring, as shares of a pitch; angles of the planets [rad]."""
+    """Phases of the meshes of every planet with sun and ring [pitches]; angles of the planets [rad]."""
 
     sun: np.ndarray
     ring: np.ndarray
     angles: np.ndarray
+
+
+def check_pitches(name: str, value: Any) -> None:
+    """ValueError unless a value is a whole number of pitches, or two."""
+    values = numbers(name, value)
+    whole = values.shape in ((), (2,)) and bool((values == np.floor(values)).all() and (values >= 1).all())
+    require(
+        whole, f"{name} must be a whole number of at least 1, or two, of the sun's and the ring's laws, got {value}"
+    )
 
 
 @checked
@@ -48,6 +58,7 @@ def planetary_phases(
     angles: Numbers | None = None,
     direction: int = 1,
     phase: float = 0.0,
+    pitches: Annotated[Any, check_pitches] = 1,
 ) -> PlanetaryPhases:
     """Phases of all meshes of a planetary set, for `mbs.CreateGearContact(..., phase=, direction=)`.
 
@@ -58,6 +69,10 @@ def planetary_phases(
     direction   sense of the external torque on the sun about z, +1 or -1: pass it to the contacts of the sun, and its
                 opposite to those of the ring (pinion: the planet)
     phase       of the first planet's mesh with the sun
+    pitches     numbers of pitches over which the force laws run (`exugear.MeshForce.pitches`), of the sun's meshes and
+                of the ring's: (1, 99) where the 99 teeth of the ring differ. Phases lie in [0, pitches), and tell the
+                teeth apart: tooth 0 of sun and ring stand at the first planet, tooth 0 of the planets at the sun, or
+                the next one behind it at its pitch point
 
     Raises ValueError for a set that cannot be assembled, with the nearest angles that fit, and for pairs of different
     planets or centre distances.
@@ -67,10 +82,14 @@ def planetary_phases(
     require_finite("phase", phase, "pass a share of a pitch")
     require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
     check_assembly(sun_pair.pinion.z, ring_pair.wheel.z, at)
-    sun = phase - direction * sun_pair.pinion.z * (at - at[0]) / (2 * pi)
-    ring = sun + advance_of_ring(sun_pair, ring_pair)
-    # The second remainder turns 1.0, to which small negative phases round, into 0.0.
-    return PlanetaryPhases(sun % 1.0 % 1.0, ring % 1.0 % 1.0, at)
+    of_sun, of_ring = np.broadcast_to(pitches, 2).tolist()
+    by_sun = phase - direction * sun_pair.pinion.z * (at - at[0]) / (2 * pi)
+    by_planet = np.array([phase, *(mounted(x, sun_pair) for x in by_sun[1:])])
+    at_ring = by_planet + advance_of_ring(sun_pair, ring_pair)
+    by_ring = mounted(at_ring[0], ring_pair) + direction * abs(ring_pair.wheel.z) * (at - at[0]) / (2 * pi)
+    sun = [phase_of_law(sun_pair, of_sun, *both) for both in zip(by_sun, by_planet, strict=True)]
+    ring = [phase_of_law(ring_pair, of_ring, *both) for both in zip(at_ring, by_ring, strict=True)]
+    return PlanetaryPhases(np.array(sun), np.array(ring), at)
 
 
 def check_pairs(sun_pair: GearPair, ring_pair: GearPair | RingPair) -> None:

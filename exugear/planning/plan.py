@@ -13,6 +13,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
+from exugear.planning.sampling import listed_phases
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
 from fem.units import um
@@ -87,7 +88,7 @@ class Plan:
         lines += [UNDAMPED] * self.undamped
         for label, law in self.laws.items():
             if law.jumps.size:
-                lines.append(f"{label}: {JUMPS.format(', '.join(f'{x:.3f}' for x in law.jumps))}")
+                lines.append(f"{label}: {JUMPS.format(listed_phases(law.jumps))}")
         return lines
 
     def __str__(self) -> str:
