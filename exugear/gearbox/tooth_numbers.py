@@ -46,12 +46,15 @@ def phase_of_law(pair: GearPair | RingPair, pitches: int, by_pinion: float, by_w
 
 
 def _counted_teeth(pair: GearPair | RingPair, pitches: int) -> tuple[int, int]:
-    """Numbers of teeth of pinion and wheel after which the law repeats for them; 1 where the gear does not count."""
+    """Numbers of teeth of pinion and wheel after which the law repeats for them; 1 where the gear does not count.
+
+    Where the flanks do not tell which gear counts, it is that with as many teeth as there are pitches.
+    """
     z = pair.pinion.z, abs(pair.wheel.z)
-    of_pinion, of_wheel = (gcd(n, pitches) if n % pitches == 0 or pitches % n == 0 else 1 for n in z)
-    differing = deviating_teeth(pair) if isinstance(pair, GearPair) else (1, 1)
-    if differing[0] > 1 and differing[1] == 1:
-        of_wheel = 1
-    if differing[1] > 1 and differing[0] == 1:
-        of_pinion = 1
+    counts = [n > 1 for n in deviating_teeth(pair)] if isinstance(pair, GearPair) else [False, False]
+    if not any(counts):
+        counts = [n == pitches for n in z]
+    if not any(counts):
+        counts = [n % pitches == 0 or pitches % n == 0 for n in z]
+    of_pinion, of_wheel = (gcd(n, pitches) if counted else 1 for n, counted in zip(z, counts, strict=True))
     return of_pinion, of_wheel

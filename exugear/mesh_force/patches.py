@@ -67,7 +67,7 @@ def phase_cell(table, phase):
     if not abs(phase) < LARGEST_PHASE:
         raise ValueError(nan, nan)
     n = table.phase_steps
-    x = (phase - table.pitches * floor(phase * table.per_pitches)) * table.steps_in_pitch
+    x = phase * table.steps_in_pitch - floor(phase * table.per_pitches) * n
     i = min(int(x), n - 1)
     return Cell(i, i + 1 if i + 1 < n else 0, x - i)
 
