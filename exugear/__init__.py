@@ -40,6 +40,7 @@ from exugear.signals.envelope import dte_envelope, envelope, peaks
 from exugear.signals.levels import level, rms_sum
 from exugear.signals.order_cut import order_cut
 from exugear.signals.resonances import resonances
+from exugear.signals.ring_sensor import RingSensor
 from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
 from exugear.signals.signal import mesh_orders, recorded_signal, sensor_signal, signal
 from exugear.signals.sound import write_sound
@@ -82,6 +83,7 @@ __all__ = [
     "Planetary",
     "Recorder",
     "RingPair",
+    "RingSensor",
     "Rule",
     "Run",
     "RunStopped",

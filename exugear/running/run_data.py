@@ -256,11 +256,14 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
-    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
+    in_reference = zip(model.gearbox.phases, model.gearbox.flank_senses, strict=True)
+    stages = zip(model.gearbox.labels, model.gearbox.stages, in_reference, strict=True)
+    for label, stage, (phase, sense) in stages:
         law = stage.force
         numbers = _pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
         numbers |= {"damping_ramp": law.damping_ramp}
-        numbers |= {"critical_damping": stage.critical_damping}
+        numbers |= {"critical_damping": stage.critical_damping, "phase": phase, "flank_sense": sense}
+        numbers |= {"pitches": law.pitches} if law.pitches > 1 else {}
         numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
         numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
