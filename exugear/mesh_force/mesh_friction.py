@@ -9,7 +9,7 @@ dissipates the power mu F B |omega_1 - omega_2|.
 
 from dataclasses import dataclass, field
 from math import cos, isclose, nan, tan
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -182,7 +182,7 @@ class MeshFriction:
         return record_of(kind, head=head, pull=self.pull, lever=self.lever)
 
 
-def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribution) -> dict[str, np.ndarray]:
+def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribution) -> dict[str, Any]:
     """pull, lever and, for a local coefficient, forces of a friction."""
     if not isinstance(coefficient, XuFriction):
         pull, distance = sign_and_distance(distribution)
