@@ -118,7 +118,7 @@ def instances() -> dict[str, Any]:
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
-        planetary(), exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
+        planetary(), exugear.RingSensor(0.5, np.cos), exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
@@ -200,6 +200,8 @@ def by_name() -> dict[str, Any]:
         "local.distance": mm, "start.friction": True, "start.zeroed": True,
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
+        "planetary_phases.pitches": 1, "RingSensor.influence": np.cos, "RingSensor.angle": 0.5, "RingSensor.direction": "radial",
+        "RingSensor.signal.run": run_of_a_set(), "RingSensor.signal.ring": "ring",
         "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
 
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring",
