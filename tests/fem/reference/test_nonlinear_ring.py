@@ -12,11 +12,10 @@ from twins import plane_twin
 
 import fem
 from fem import Density
-from fem.contact.resolution import MAP_DENSITY
 from fem.reference.nonlinear import equilibrium, static_problem, static_transmission_error
 from fem.units import mm, um
 
-COARSE = Density(flank=30)
+COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
 
 
 def plane_te(pair: fem.GearPair, torque: float, phases, density: Density = MAP_DENSITY) -> np.ndarray:
