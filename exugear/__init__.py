@@ -51,6 +51,8 @@ __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
     {
+        "exchange.rexs": ["read_rexs"],
+        "exchange.rexs_writing": ["write_rexs"],
         "reporting": ["graphics"],
         "reporting.animation": ["animate_mode", "animate_pair"],
         "reporting.report": ["report"],
@@ -119,6 +121,7 @@ __all__ = [
     "planet_shares",
     "planetary_phases",
     "plots",
+    "read_rexs",
     "recorded_signal",
     "report",
     "resonances",
@@ -132,6 +135,7 @@ __all__ = [
     "steady_states",
     "stress_envelope",
     "waterfall",
+    "write_rexs",
     "write_sound",
 ]
 

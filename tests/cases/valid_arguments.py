@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
+from rexs_files import two_stages as two_stages_of_rexs
 from scenes import linear_law, smooth_box, smooth_map
 from skfem import ElementQuad1
 
@@ -202,6 +203,8 @@ def by_name() -> dict[str, Any]:
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
         "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
 
+        "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
+        "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring",
         "mesh_phases.harmonics": 2, "ratios.driving": "sun", "ratios.held": "ring",
         "radial_force.r": 2 * um, "deflection_at.force": 100.0,
