@@ -72,7 +72,9 @@ def read_rexs(
     kinds = f'mesh must be "fem", "iso6336" or a function of pair and torque, got {mesh!r}'
     require(callable(mesh) or mesh in ("fem", "iso6336"), kinds)
     reading = Reading(read_file(path))
-    train, gearbox, cases = Train(reading), None, []
+    train = Train(reading)
+    gearbox: Gearbox | None = None
+    cases: list[LoadCase] = []
     if train.members:
         gearbox, cases = _gearbox(reading, train, mesh, damping_ratio, progress=progress)
         reading.account.assumed("meshes", f"damping ratio {damping_ratio:g}")
@@ -90,11 +92,13 @@ def _gearbox(
     members = train.in_order(first)
     ends = _ends(train, members, first)
     trial = _with_constant_laws(train, members, damping_ratio, ends)
-    if sum(torque_balance(case, trial.ratios, *ends.values()) * case.speeds.get(first, 1.0) for case in raw) < 0:
+    driving, driven = ends["driving"], ends["driven"]
+    powers = [torque_balance(case, trial.ratios, driving, driven) * case.speeds.get(first, 1.0) for case in raw]
+    if sum(powers) < 0:
         ends = {"driving": ends["driven"], "driven": ends["driving"]}
         members = train.in_order(ends["driving"])
         trial = _with_constant_laws(train, members, damping_ratio, ends)
-    cases = [load_case(case, trial.ratios, *ends.values()) for case in raw]
+    cases = [load_case(case, trial.ratios, ends["driving"], ends["driven"]) for case in raw]
     forces = _largest_forces(reading, trial, cases)
     train.note(members)
     laws, sequence = [], iter(zip(trial.stages, forces, strict=True))

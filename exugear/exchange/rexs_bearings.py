@@ -96,8 +96,8 @@ def _estimated(reading: Reading, component: Component, seat: float | None) -> tu
 
 
 def _dimensions(reading: Reading, component: Component, seat: float | None, kind: str) -> BoundaryDimensions:
-    d = reading.number(component, "inner_diameter", "m", 0.0) or seat
-    require(d is not None, f"{component.title} lacks inner_diameter, and its shaft has no section at its seat")
+    d = reading.number(component, "inner_diameter", "m", 0.0) or seat or 0.0
+    require(d > 0, f"{component.title} lacks inner_diameter, and its shaft has no section at its seat")
     outer = reading.number(component, "outer_diameter", "m", 0.0)
     if not outer:
         outer = OUTER_OVER_INNER * d

@@ -147,13 +147,18 @@ def _from_xml(content: bytes, path: Path) -> RexsFile:
 class _Handler(ContentHandler):
     """Components, relations and load cases of an XML file, with the lines where they begin."""
 
+    _locator: Any
+
     def __init__(self, path: Path):
         super().__init__()
-        self.path, self.head = path, None
+        self.path = path
+        self.head: dict[str, str] | None = None
         self.components: dict[str, Component] = {}
         self.relations: list[Relation] = []
         self.load_cases: list[dict[str, Component]] = []
-        self.target, self.component, self.relation = self.components, None, None
+        self.target = self.components
+        self.component: Component | None = None
+        self.relation: Relation | None = None
         self.attribute: tuple[str, str, int] | None = None
         self.text: list[str] = []
         self.cells: list[str] | None = None
@@ -191,14 +196,14 @@ class _Handler(ContentHandler):
 
     def endElement(self, name):
         text = "".join(self.text).strip()
-        if name == "relation":
+        if name == "relation" and self.relation is not None:
             self.relations.append(self.relation)
             self.relation = None
         elif name == "c" and self.cells is not None:
             self.cells.append(text)
-        elif name == "array" and self.code:
+        elif name == "array" and self.code and self.attribute is not None:
             self.cells = [repr(x) for x in _decoded(text, self.code, f"line {self.attribute[2]} of {self.path}")]
-        elif name == "attribute" and self.attribute is not None:
+        elif name == "attribute" and self.attribute is not None and self.component is not None:
             id, unit, line = self.attribute
             value = text if self.cells is None else _array(self.cells, f"{id} in line {line} of {self.path}")
             self.component.attributes[id] = Attribute(value, unit, line)
@@ -209,7 +214,7 @@ class _Handler(ContentHandler):
             self.component = None
 
     def model(self) -> RexsFile:
-        head = self.head or {}
+        head: dict[str, str] = self.head or {}
         application = f"{head.get('applicationId', '')} {head.get('applicationVersion', '')}".strip()
         relations, cases = tuple(self.relations), tuple(self.load_cases)
         return RexsFile(self.path, head.get("version", ""), application, self.components, relations, cases)
@@ -248,7 +253,7 @@ def _from_json(content: bytes, path: Path) -> RexsFile:
         raise ValueError(f"line {error.lineno} of {path} is no JSON: {error.msg}; export the file again") from None
     except RecursionError:
         raise ValueError(f"{path} is nested too deeply for a REXS file") from None
-    model = root.get("model") if isinstance(root, dict) else None
+    model: Any = root.get("model") if isinstance(root, dict) else None
     require(isinstance(model, dict), f"{path} has no 'model', so it is no REXS file")
     try:
         components = _components(model.get("components", ()), path)

@@ -1,7 +1,7 @@
 """Gears of a REXS file: teeth, tools, bodies and flank modifications."""
 
 from math import pi, tan
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from exugear.exchange.rexs_file import Component, real
 from exugear.exchange.rexs_reading import Reading
@@ -62,7 +62,7 @@ def gear_of(reading: Reading, component: Component, shaft: ShaftAt) -> Gear:
     z = int(abs(reading.number(component, "number_of_teeth", "1"))) * (-1 if ring else 1)
     m_n = reading.number(component, "normal_module", "m")
     beta = reading.number(component, "helix_angle_reference_diameter", "rad", 0.0)
-    sizes = {"z": z, "m_n": m_n, "b": reading.number(component, "face_width", "m"), "beta": beta}
+    sizes: dict[str, Any] = {"z": z, "m_n": m_n, "b": reading.number(component, "face_width", "m"), "beta": beta}
     flanks = _flanks(reading, component)
     flank = flanks[0] if flanks else None
     sizes["alpha_n"] = _of_flank(reading, flank, "normal_pressure_angle", "rad", pi / 9, component)

@@ -37,4 +37,5 @@ def constant_map(pair: GearPair, torque: float, axial: float) -> xr.Dataset:
     torques = torque * np.array(SHARES)
     stiffness = iso6336.mesh_stiffness(pair) * pair.b
     te = np.repeat((torques / (pair.pinion.r_b * stiffness))[:, None], 4, axis=1)
-    return ste_map(pair, torques, np.arange(4) / 4, te, **({"axial": axial} if axial else {}))
+    ste = ste_map(pair, torques, np.arange(4) / 4, te)
+    return ste.assign_attrs(axial=axial) if axial else ste

@@ -22,14 +22,15 @@ MOST_REFERENCES = 20
 class ShaftLayout:
     """A shaft as it lies in the gearbox: x, y [m], z of its begin and sense of its u axis, and its sections.
 
-    position, begin   None until they are known, where the file does not hold them
+    known             whether position and begin are those of the file, or follow from a stage
     pieces            (begin, end, mean outer and inner diameter) of its sections along u [m]
     """
 
     component: Component
     name: str
-    position: tuple[float, float] | None
-    begin: float | None
+    position: tuple[float, float] = (0.0, 0.0)
+    begin: float = 0.0
+    known: bool = False
     sense: int = 1
     pieces: list[tuple[float, float, float, float]] = field(default_factory=list)
 
@@ -41,7 +42,7 @@ class ShaftLayout:
 
     def axial(self, u: float) -> float:
         """Axial position in the gearbox [m] of a coordinate u on the shaft."""
-        return (self.begin or 0.0) + self.sense * u
+        return self.begin + self.sense * u
 
     def at(self, axial: float) -> ShaftAt:
         """Diameters at an axial position."""
@@ -85,9 +86,9 @@ def layout_of(reading: Reading, component: Component, name: str) -> ShaftLayout:
     """Where a shaft lies, with its sections. ValueError for an axis that is not parallel to u."""
     reading.use(component)
     place, axis = position_of(reading, component), reading.vector(component, "u_axis_vector", "m")
-    layout = ShaftLayout(component, name, None, None)
+    layout = ShaftLayout(component, name)
     if place is not None:
-        layout.begin, layout.position = float(place[0]), (float(place[1]), float(place[2]))
+        layout.begin, layout.position, layout.known = float(place[0]), (float(place[1]), float(place[2])), True
     if axis is not None:
         unit = axis / np.linalg.norm(axis)
         crossed = f"the axis of {component.title} lies along {np.round(unit, 6).tolist()}"

@@ -92,7 +92,7 @@ class Train:
         """Positions that the file does not hold follow from the stages: distance, angle, gears opposite each other."""
         planets = [layout for member in self.members if isinstance(member, Set) for layout, _ in member.planets]
         layouts = {layout.component.id: layout for layout in (*self.layouts.values(), *planets)}
-        if all(layout.position is not None for layout in layouts.values()):
+        if all(layout.known for layout in layouts.values()):
             return
         links = []
         for stage in self.reading.file.of_type("cylindrical_stage"):
@@ -102,25 +102,25 @@ class Train:
             # about -u from w: v = a sin, w = a cos
             angle = self.reading.number(stage, "rotating_angle_around_neg_u_axis", "rad")
             links.append(([layouts[x.id] for x in owners], gears, (a * sin(angle), a * cos(angle))))  # type: ignore[union-attr]
-        if not any(layout.position for layout in layouts.values()):
-            first = links[0][0][0]
-            first.position, first.begin = (0.0, 0.0), 0.0
+        if not any(layout.known for layout in layouts.values()):
+            links[0][0][0].known = True
         for _ in layouts:
-            for (one, two), gears, (x, y) in links:
-                for known, unknown, sign in ((one, two, 1), (two, one, -1)):
-                    if known.position is not None and unknown.position is None:
+            for (first, second), gears, (x, y) in links:
+                for known, unknown, sign in ((first, second, 1), (second, first, -1)):
+                    if known.known and not unknown.known:
                         unknown.position = known.position[0] + sign * x, known.position[1] + sign * y
-                        own, mate = gears if known is one else gears[::-1]
+                        own, mate = gears if known is first else gears[::-1]
                         opposite = known.axial(u_of_gear(self.reading, own))
+                        unknown.known = True
                         unknown.begin = opposite - unknown.sense * u_of_gear(self.reading, mate)
                         words = "position from its stage, as the file does not hold it"
                         self.reading.account.assumed(unknown.component.title, words)
         for member in self.members:
             if isinstance(member, Set):
                 sun, _, carrier = (self.layouts[name] for name in member.shafts)
-                if carrier.position is None:
-                    carrier.position, carrier.begin = sun.position, sun.begin
-        lost = [layout.component.title for layout in layouts.values() if layout.position is None]
+                if not carrier.known:
+                    carrier.position, carrier.begin, carrier.known = sun.position, sun.begin, sun.known
+        lost = [layout.component.title for layout in layouts.values() if not layout.known]
         require(not lost, f"positions of {lost} do not follow from stages; export support_vector")
 
     def begin(self) -> None:
@@ -196,8 +196,8 @@ class Train:
             full = self._gears[gear.id][1]
             for step in range(SHORTENINGS + 1):
                 shorter = replace(full, d_a=full.d_a - 2 * step * SHORTENING * full.m_n)
-                gears = [shorter if x is gear else self._gears[x.id][1] for x in (pinion, wheel)]
-                if _run_together(*gears, a):
+                first, second = (shorter if x is gear else self._gears[x.id][1] for x in (pinion, wheel))
+                if _run_together(first, second, a):
                     break
             else:
                 continue
@@ -210,7 +210,8 @@ class Train:
 
     def gearbox(self, members: Iterable[Mesh | Set], laws: list[xr.Dataset], damping_ratio: float, **ends) -> Gearbox:
         """The gearbox with a map for each pair of the members, in their order."""
-        given, parts = iter(laws), []
+        given = iter(laws)
+        parts: Any = []
         for member in members:
             if isinstance(member, Set):
                 parts.append(self._planetary(member, next(given), next(given), damping_ratio))
@@ -293,7 +294,8 @@ class Train:
         return axial, gear_of(self.reading, component, layout.at(axial))
 
     def _shaft(self, name: str, gears: list[tuple[float, Gear]]) -> Shaft:
-        layout, parts = self.layouts[name], {}
+        layout = self.layouts[name]
+        parts: dict[float, list] = {}
         faces = [(axial - gear.b / 2, axial + gear.b / 2) for axial, gear in gears]
         density = density_of(self.reading, layout.component)
         discs = [*layout.bare_discs(faces, density), *masses_of(self.reading, layout)]
@@ -334,7 +336,7 @@ class Train:
         diameter = 2.2 * hypot(layout.position[0] - centre[0], layout.position[1] - centre[1])
         words = f"a steel disc of {diameter / mm:.4g} mm, {width / mm:.4g} mm wide, as it has no section"
         self.reading.account.assumed(self.layouts[each.shafts[2]].component.title, words)
-        return [(layout.begin or 0.0, Disc.cylinder(width, diameter))]
+        return [(layout.begin, Disc.cylinder(width, diameter))]
 
     def _stage(self, mesh: Mesh, law: xr.Dataset, damping_ratio: float) -> Stage:
         (pair, _), (z_1, _) = self.pairs(mesh)[0], self._gears[mesh.gears[0].id]

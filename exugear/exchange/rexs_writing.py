@@ -82,6 +82,8 @@ class _Writing:
         self.components = ElementTree.Element("components")
         self.relations = ElementTree.Element("relations")
         self.cases: ElementTree.Element | None = None
+        self.shafts: dict[str, str] = {}
+        self.gears: dict[tuple[str, float], str] = {}
         self.unit = self._component("gear_unit", "gear unit", support_vector=(np.zeros(3), "mm"))
         self.casing = self._component("gear_casing", "housing")
         self._relation("assembly", assembly=self.unit, part=self.casing)
@@ -107,7 +109,6 @@ class _Writing:
 
     def gearbox(self, gearbox: Gearbox) -> None:
         """All shafts with their parts, and the stages between them."""
-        self.shafts, self.gears = {}, {}
         for shaft in gearbox.shafts:
             self._shaft(shaft, gearbox.shaft_positions[shaft.name], drives=shaft is gearbox.driving)
         for stage in gearbox.stages:
@@ -231,8 +232,8 @@ class _Writing:
             self._of_case(element, loads[gearbox.driving.name], torque_around_u_axis=(torque, "N m"))
 
     def _of_case(self, element: ElementTree.Element, id: str, **attributes: Value) -> None:
-        given = self.components[int(id) - 1].attrib
-        _add(ElementTree.SubElement(element, "component", **given), attributes)
+        given = dict(self.components[int(id) - 1].attrib)
+        _add(ElementTree.SubElement(element, "component", given), attributes)
 
 
 def _parts(shaft: Shaft):
