@@ -73,7 +73,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
     }
-    drive, load = add_drive_and_load(mbs, gearbox, end_markers)
+    (*further_drives, drive), load = add_drives_and_load(mbs, gearbox, end_markers)
     with quiet():
         mbs.Assemble()
     spins = {
@@ -85,9 +85,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins)
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins, tuple(further_drives))
     hold_members(system)
-    return linearized(system, gearbox.driving.name)
+    return linearized(system, gearbox.independent)
 
 
 def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
@@ -276,12 +276,15 @@ def end_marker(mbs, shaft: Shaft, body: int, rotors: Mapping[str, int], coordina
     return spin_marker(mbs, body, coordinates.spin_index)
 
 
-def add_drive_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[int, int]:
-    """Add the constraint on the driving and the load on the driven shaft, by their markers.
+def add_drives_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[list[int], int]:
+    """Add a constraint for each speed that the gearbox leaves free, and the load on the driven shaft, by their markers.
 
-    Returns the numbers of the constraint and of the load.
+    Returns the numbers of the constraints, that of the driving shaft last, and of the load.
     """
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    markers = [fixed, end_markers[gearbox.driving.name]]
-    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=markers))
-    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))
+    drives = []
+    for number, name in reversed([*enumerate(gearbox.anchors([gearbox.driving.name]), start=1)]):
+        markers = [fixed, end_markers[name]]
+        drive = eii.CoordinateConstraint(name="drive" if number == 1 else f"drive {number}", markerNumbers=markers)
+        drives.append(mbs.AddObject(drive))
+    return drives, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))
