@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from math import hypot, isfinite, pi
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,8 @@ from exugear.gearbox.gear_train import (
     traverse,
     traverse_shafts,
 )
-from exugear.gearbox.mesh_phasing import phases
+from exugear.gearbox.inner_planets import InnerPlanets
+from exugear.gearbox.mesh_phasing import SteppedPlanet, phases
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
 from exugear.gearbox.shaft import Shaft
@@ -29,6 +31,8 @@ from fem.units import mm
 
 #: Share of the largest mesh force below which a force is rounding.
 ROUNDING = 1e-9
+#: Share of the largest mesh force below which a mesh is idle: it is the rounding of the solve.
+IDLE = 1e-12
 #: Share of a pitch within which the loaded flanks of a loop touch at the same time.
 TOGETHER = 1e-6
 #: Singular value of speeds per speeds below which they depend on one another.
@@ -39,8 +43,8 @@ DEPENDENT = 1e-9
 class Gearbox:
     """Stages and planetary sets that couple parallel shafts.
 
-    stages      `exugear.Stage` and `exugear.Planetary`, in a tree or in loops; afterwards the stages alone, those of a
-                set in the order of its planets, sun first
+    stages      `exugear.Stage`, `exugear.Planetary` and `InnerPlanets`, in a tree or in loops; afterwards the stages
+                alone, those of a set in the order of its planets, sun first
     held        name of the shaft that the housing holds, or several: ring, sun or carrier, which take the reaction
     speeds      where sets leave several speeds free: as many names of shafts with their speeds about z in nominal
                 operation, of which only the ratios count, such as speeds={"sun": 1.0, "ring": -0.2}. `run_up`
@@ -81,8 +85,10 @@ class Gearbox:
 
     def __post_init__(self):
         members = self.stages if isinstance(self.stages, list | tuple) else [self.stages]
-        listed = isinstance(self.stages, list | tuple) and all(isinstance(x, Stage | Planetary) for x in members)
-        kinds = f"stages must be a list of Stage and Planetary, got {type(self.stages).__name__}"
+        listed = isinstance(self.stages, list | tuple) and all(
+            isinstance(x, Stage | Planetary | InnerPlanets) for x in members
+        )
+        kinds = f"stages must be a list of Stage, Planetary and InnerPlanets, got {type(self.stages).__name__}"
         require(listed, f"{kinds}; write Gearbox([stage])")
         stages = [stage for member in members for stage in getattr(member, "stages", (member,))]
         object.__setattr__(self, "stages", tuple(stages))
@@ -96,7 +102,8 @@ class Gearbox:
         require(self.driving.name != self.driven.name, f"{ends}, or name driving= and driven=")
         object.__setattr__(self, "flank_senses", self._senses_of_flanks())
         self._check_flanks()
-        object.__setattr__(self, "phases", phases(self.stages, self.flank_senses, self.shaft_positions))
+        scene = self.stages, self.flank_senses, self.shaft_positions
+        object.__setattr__(self, "phases", phases(*scene, self._stepped_planets(members)))
 
     def __repr__(self) -> str:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
@@ -273,12 +280,19 @@ class Gearbox:
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
         free = [name not in held and name not in self.reaction_members for name in shafts]
         balance = (rows * root[:, None]).T[free]
-        return root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
+        forces = root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
+        return np.where(np.abs(forces) > IDLE * np.abs(forces).max(), forces, 0.0)
 
     @checked
     def offsets(self, stage: Stage) -> dict[str, float]:
         """a [m], misalignment [rad] and axial [m] of a stage whose shafts are displaced (signs as in `fem.Offsets`)."""
         return stage_offsets(stage, self.shaft_positions, self.direction_of(stage))
+
+    def _stepped_planets(self, members: Sequence[Any]) -> list[SteppedPlanet]:
+        """First planets of sets with stepped planets."""
+        numbers = {id(stage): number for number, stage in enumerate(self.stages)}
+        sets = [member for member in members if isinstance(member, Planetary) and member.stepped]
+        return [SteppedPlanet(*(numbers[id(x)] for x in each.stages[:2]), each.ring_phase) for each in sets]
 
     def _check_names(self) -> None:
         for stage in self.stages:
@@ -443,7 +457,7 @@ class Gearbox:
 
 @checked
 def exact_ratios(
-    stages: Sequence[Stage | Planetary], *, driving: str, held: str | Sequence[str] = ()
+    stages: Sequence[Stage | Planetary | InnerPlanets], *, driving: str, held: str | Sequence[str] = ()
 ) -> dict[str, Fraction]:
     """Exact speed of every shaft over that of the driving one in coupled sets and stages, by the names of the shafts.
 

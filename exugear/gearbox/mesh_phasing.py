@@ -11,9 +11,11 @@ are those in the mid-plane of each gear: where the mid-planes of a helical pair 
 Planets are taken where they stand in the reference configuration; as their carrier turns, phases stay. A ring has the
 pitch point on the same side as its mate, and z < 0: its tooth position grows as it turns with the pinion. It is counted
 from the flank that touches: a ring meshes with planets alone, and its tooth thickness shifts all of them alike.
+
+The gears of a stepped planet are fixed to each other: the phase with the ring follows from that with the sun.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import cos, pi
 from typing import NamedTuple
 
@@ -42,19 +44,44 @@ class AtPhaseZero(NamedTuple):
         return self.wheel - self.pinion
 
 
+class SteppedPlanet(NamedTuple):
+    """The stages of a stepped planet with sun and ring, by their numbers.
+
+    ring_phase   function of the direction of the sun's stage and of its phase: phase with the ring
+    """
+
+    sun: int
+    ring: int
+    ring_phase: Callable[[int, float], float]
+
+
 def phases(
-    stages: Sequence[Stage], directions: Sequence[int], positions: Mapping[str, tuple[float, float]]
+    stages: Sequence[Stage],
+    directions: Sequence[int],
+    positions: Mapping[str, tuple[float, float]],
+    stepped: Sequence[SteppedPlanet] = (),
 ) -> tuple[float, ...]:
     """Phase of every stage; ValueError where the teeth of a loop of gears do not fit, or given phases disagree.
 
     directions   sense in which the pinion of each stage drives, +1 or -1
     positions    x, y [m] of each shaft
+    stepped      first stepped planets of sets
     """
     at_zero = [_at_phase_zero(stage, direction, positions) for stage, direction in zip(stages, directions, strict=True)]
     edges = [stage.ends for stage in stages]
     known: dict[int, float] = {}
+    given = {i: stage.phase for i, stage in enumerate(stages) if stage.phase is not None}
     while rest := [i for i in range(len(stages)) if i not in known]:
-        known |= _phases_of_train(stages, directions, at_zero, traverse(edges, edges[rest[0]][0]))
+        known |= _phases_of_train(stages, directions, at_zero, traverse(edges, edges[rest[0]][0]), given)
+        for planet in stepped:
+            if planet.sun in known and planet.ring not in given:
+                order = (
+                    f"phases of ring {stages[planet.ring].slow.name!r} follow from its other planets, those of stepped"
+                )
+                require(
+                    planet.ring not in known, f"{order} ones from their sun; list the set of the stepped ones first"
+                )
+                given[planet.ring] = planet.ring_phase(directions[planet.sun], known[planet.sun])
     # The second remainder turns 1.0, to which small negative phases round, into 0.0.
     return tuple(known[i] % 1.0 % 1.0 for i in range(len(stages)))
 
@@ -73,7 +100,11 @@ def _at_phase_zero(stage: Stage, direction: int, positions: Mapping[str, tuple[f
 
 
 def _phases_of_train(
-    stages: Sequence[Stage], directions: Sequence[int], at_zero: Sequence[AtPhaseZero], train: Traversal
+    stages: Sequence[Stage],
+    directions: Sequence[int],
+    at_zero: Sequence[AtPhaseZero],
+    train: Traversal,
+    given: Mapping[int, float],
 ) -> dict[int, float]:
     """Phases of the stages whose gears mesh with one another."""
     positions = dict.fromkeys(train.paths, 0.0)
@@ -83,13 +114,12 @@ def _phases_of_train(
     _check_loops(stages, directions, at_zero, train)
     numbers = sorted([*(i for i, _ in train.tree), *train.closing])
     relative = {i: positions[stages[i].ends[0]] - at_zero[i].pinion for i in numbers}
-    shift = _shift(stages, relative)
+    shift = _shift(stages, relative, {i: phase for i, phase in given.items() if i in relative})
     return {i: phase + shift for i, phase in relative.items()}
 
 
-def _shift(stages: Sequence[Stage], relative: Mapping[int, float]) -> float:
+def _shift(stages: Sequence[Stage], relative: Mapping[int, float], given: Mapping[int, float]) -> float:
     """Shift of the phases of a train to a given phase; without one, to phase 0 in the first stage."""
-    given = {i: phase for i in relative if (phase := stages[i].phase) is not None}
     first = next(iter(given or relative))
     shift = given.get(first, 0.0) - relative[first]
     for i, phase in given.items():

@@ -156,30 +156,38 @@ def _shared_among_planets(
     """
     box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
     forces = box.forces_of_motion(conditions.initial_torques, 0.0, conditions.anchors)
-    secants = np.array([
-        force / _deflection(model, mesh, force, q) if force > 0 else 0.0
-        for force, mesh in zip(forces.tolist(), model.meshes, strict=True)
-    ])  # fmt: skip
+    contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
+    touches, secants = np.array(contacts).T
+    sides = np.sign(forces)
     loads = np.zeros(q.size)
     for end in conditions.ends:
         loads[model.turning[end.body]] += conditions.initial_torque(end)
     for index, torque in torques.items():
         loads[index] += torque
-    stiffness, reference = matrices_without_meshes(model)[1], np.array([m.reference_deflection for m in model.meshes])
+    stiffness = matrices_without_meshes(model)[1]
+    reference = np.array([mesh.reference_deflection for mesh in model.meshes]) - touches
     standing = [*(end_coordinate(model, name) for name in conditions.anchors), *held_by_joints(model)]
     free = np.setdiff1d(np.arange(q.size), standing)
-    pressed = secants > 0
+    pressed = forces != 0
     for _ in model.meshes:
         springs = np.where(pressed, secants, 0.0)
         total = stiffness + rows.T @ (springs[:, None] * rows)
         residual = loads - stiffness @ q - rows.T @ (springs * (reference + rows @ q))
         loaded = q.copy()
         loaded[free] += np.linalg.lstsq(total[np.ix_(free, free)], residual[free])[0]
-        pulling = pressed & (reference + rows @ loaded < 0)
+        pulling = pressed & (sides * (reference + rows @ loaded) < 0)
         if not pulling.any():
             return loaded
         pressed &= ~pulling
     return q
+
+
+def _secant(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> tuple[float, float]:
+    """Deflection [m] at which the flank that a force [N] presses begins to touch, and secant stiffness [N/m]."""
+    deflection = _deflection(model, mesh, force, q)
+    touch = 0.0 if force >= 0 or not isfinite(mesh.law.backlash) else -mesh.law.backlash - 2 * mesh.opening
+    pressed = deflection - touch
+    return touch, force / pressed if pressed else 0.0
 
 
 def _twisted(shaft: Shaft, fixed: str, torques: Mapping[str, float]) -> dict[str, float]:

@@ -130,7 +130,7 @@ class BuiltSystem:
         return self.motion_of(self.gearbox.nominal_ratios)
 
     def motion_of(self, shafts: np.ndarray) -> np.ndarray:
-        """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of the shafts (n_shaft,).
+        """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of shafts (n_shaft,).
 
         Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
         """

@@ -6,15 +6,13 @@ from numba import njit
 from scenes import smooth_box
 from scipy.interpolate import PchipInterpolator
 
-import exugear
-from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
+from exugear import MotorCurve, Torque
 from exugear.mesh_force.kernel_records import address_of
-from exugear.multibody.imposed_motion import imposed_motion, spin_of
+from exugear.multibody.imposed_motion import spin_of
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.piecewise_cubics import tabulated
 from exugear.operation.shaft_recorder import ShaftRecorder
-from exugear.operation.stop_conditions import first_end
-from exugear.operation.time_functions import Line, curve_through_function, curve_through_points, line, speed_function
+from exugear.operation.time_functions import Line, curve_through_function, curve_through_points, speed_function
 from exugear.operation.torque_tables import torque_table
 from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
 
