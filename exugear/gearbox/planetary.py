@@ -89,6 +89,10 @@ class Planetary:
     pin_errors    (n_planet,) tangential displacements of the pins on the carrier from the nominal position, > 0
                   counter-clockwise [m]; or (n_planet, 2): tangential and radial, > 0 outwards. A pin that is displaced
                   against the force of the planet on it gives its planet more load
+    eccentricity  (e, angle) of the carrier: displacement of the circle of the pins from the axis about which it turns
+                  [m], its direction from x in the reference configuration [rad]. It turns with the carrier as
+                  errors of the pins do, so that shares stay. An axis of carrier, sun or ring beside the others in the
+                  housing, Shaft(offset=Placement(x=...)), lets shares vary once in a turn of the carrier
     damping, damping_ratio
                   of every mesh, as of an `exugear.Stage`; the ratio is that of planet and sun or ring on a carrier that
                   stands
@@ -122,6 +126,7 @@ class Planetary:
     ring_pair: GearPair | RingPair = field(default=DERIVED, kw_only=True)
     pin: Annotated[Any, check_pin] = field(default=None, kw_only=True)
     pin_errors: Any = field(default=None, kw_only=True)
+    eccentricity: Any = field(default=None, kw_only=True)
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
     step_angle: Any = field(default=0.0, kw_only=True)
@@ -307,14 +312,27 @@ class Planetary:
 
     def _pin_errors(self) -> np.ndarray:
         """(n_planet, 2) tangential and radial displacements of the pins [m]."""
+        by_carrier = self._errors_by_carrier()
         if self.pin_errors is None:
-            return np.zeros((self.planets, 2))
+            return by_carrier
         errors = numbers("pin_errors", self.pin_errors)
         shapes = f"pin_errors must be ({self.planets},) or ({self.planets}, 2): tangential, radial, got {errors.shape}"
         require(errors.shape in ((self.planets,), (self.planets, 2)), f"{shapes}; give a value for each planet")
         far = f"pin_errors must lie within {LARGEST_PIN_ERROR:g} m, got {np.abs(errors).max():g}; pass metres: 20*um"
         require(bool(np.abs(errors).max() < LARGEST_PIN_ERROR), far)
-        return errors if errors.ndim == 2 else np.column_stack([errors, np.zeros(self.planets)])
+        return by_carrier + (errors if errors.ndim == 2 else np.column_stack([errors, np.zeros(self.planets)]))
+
+    def _errors_by_carrier(self) -> np.ndarray:
+        """(n_planet, 2) tangential and radial displacements of the pins by an eccentric carrier [m]."""
+        if self.eccentricity is None:
+            return np.zeros((self.planets, 2))
+        given = numbers("eccentricity", self.eccentricity)
+        pair = f"eccentricity must be a distance [m] and an angle [rad], got {text_of(self.eccentricity)}"
+        require(given.shape == (2,) and bool(np.isfinite(given).all()), pair)
+        far = f"eccentricity must lie within {LARGEST_PIN_ERROR:g} m, got {given[0]:g}; pass metres: 20*um"
+        require(abs(given[0]) < LARGEST_PIN_ERROR, far)
+        ahead = given[1] - np.array(self.angles)
+        return given[0] * np.column_stack([np.sin(ahead), np.cos(ahead)])
 
     def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]) -> list[Stage]:
         """Stages of each planet with sun and ring."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import cos, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -23,6 +23,7 @@ from exugear.contact.rotation import SPIN
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
+from exugear.gearbox.static_offsets import displacements_in_housing
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
@@ -135,7 +136,7 @@ def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mappin
     items = [bodies[shaft.name] for shaft in stage.shafts]
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
-    displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
+    displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
     contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair)
@@ -157,7 +158,9 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
         return rotational_frame(stage.pair, phase, direction)
     axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
     poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
-    nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+    nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+    if stage.carrier and stage.carrier.name not in gearbox.carriers_of_pins:
+        nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions)
     return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
 
 

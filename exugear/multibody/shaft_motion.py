@@ -20,6 +20,7 @@ def needs_speeds(model: Model, conditions: Conditions) -> bool:
     """Whether meshes must record spins and speeds: for drags and torque supports, or as no imposed speed gives them."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
     braked = any(shaft.drags or shaft.torque_supports for shaft in model.gearbox.shafts)
+    braked = braked or any(mesh.frame.fixed.any() for mesh in model.meshes)
     behind_couplings = any(name in model.rotors for name in conditions.held)
     return conditions.power or not conditions.prescribed or behind_couplings or stops or braked
 
@@ -245,7 +246,7 @@ def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
         if shaft.name in (stage.fast.name, stage.slow.name):
             torques.append(on_pinion if shaft.name == stage.fast.name else on_wheel)
         elif stage.carrier and shaft.name == stage.carrier.name and shaft.name not in model.gearbox.carriers_of_pins:
-            torques.append(-on_pinion - on_wheel)
+            torques.append(mesh.recorder.samples.get("torque_3", -on_pinion - on_wheel))
     return model.gearbox.directions[shaft.name] * sum(torques[1:], start=torques[0])
 
 

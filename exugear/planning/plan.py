@@ -174,6 +174,9 @@ def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     stages = [stage for stage in gearbox.stages if shaft in stage.shafts]
     if shaft.name in gearbox.planets:
         return _coordinates_of_planet(shaft, stages)
+    tilted = any(stage.carrier for stage in stages) and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
+    fixed = f"shaft {shaft.name!r} is tilted, seen from planets that turn about it, which is not built yet"
+    require(not tilted, f"{fixed}; displace it by Placement(x=..., y=...) alone")
     if not shaft.bearings:
         return Coordinates.SPIN, "no bearings given: ideal ones"
     on_carriers = [stage for stage in stages if stage.carrier]

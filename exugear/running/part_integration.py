@@ -250,6 +250,8 @@ def check_parts(model: Model, conditions: Conditions) -> None:
     free = "executor: the speed of a free train is known only once it has run"
     orbits = "executor: a set whose planets move in the plane starts from an equilibrium at angle 0 alone"
     require(not model.pins, f"{orbits}; leave executor out, or leave pin= out")
+    fixed = any(mesh.frame.fixed.any() for mesh in model.meshes)
+    require(not fixed, f"{orbits.replace('move in the plane', 'turn about a displaced axis')}; leave executor out")
     few = f"{free}; impose {len(conditions.anchors)} by exugear.Speed, or leave executor out"
     require(conditions.prescribed, few)
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
