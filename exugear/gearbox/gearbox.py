@@ -19,7 +19,7 @@ from exugear.gearbox.gear_train import (
     traverse_shafts,
 )
 from exugear.gearbox.inner_planets import InnerPlanets
-from exugear.gearbox.mesh_phasing import SteppedPlanet, phases
+from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
 from exugear.gearbox.shaft import Shaft
@@ -65,6 +65,8 @@ class Gearbox:
     shaft_positions   x, y of every shaft [m], the first stage's fast shaft at 0; of planets while their carrier stands
                       in the reference configuration
     phases            of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
+    gaps              of every stage [m] where they do not, as planets have thinner (> 0) or thicker teeth (< 0) than
+                      the first one
 
     Raises ValueError for gears without a mate, shafts that are not coupled, two shafts of the same name, loops that do
     not close, jam, do not assemble, or whose loaded flanks do not touch at the same time, and for planetary sets in
@@ -82,6 +84,7 @@ class Gearbox:
     flank_senses: tuple[int, ...] = field(init=False, repr=False)
     shaft_positions: dict[str, tuple[float, float]] = field(init=False, repr=False)
     phases: tuple[float, ...] = field(init=False, repr=False)
+    gaps: tuple[float, ...] = field(init=False, repr=False)
 
     def __post_init__(self):
         members = self.stages if isinstance(self.stages, list | tuple) else [self.stages]
@@ -103,7 +106,9 @@ class Gearbox:
         object.__setattr__(self, "flank_senses", self._senses_of_flanks())
         self._check_flanks()
         scene = self.stages, self.flank_senses, self.shaft_positions
-        object.__setattr__(self, "phases", phases(*scene, self._stepped_planets(members)))
+        of_teeth = phasing(*scene, self._stepped_planets(members))
+        object.__setattr__(self, "phases", of_teeth.phases)
+        object.__setattr__(self, "gaps", of_teeth.gaps)
 
     def __repr__(self) -> str:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]

@@ -189,9 +189,8 @@ class InnerPlanets:
 
     def _stages(self, planets: list[Shaft], meshes: dict[str, list[Any]]) -> list[Stage]:
         """Stages of each inner planet with the sun and with its outer planet."""
-        maps = MapsOfPlanets(
-            meshes, {"sun": self.sun_pair, "planet": self.planet_pair}, self.damping, self.damping_ratio
-        )
+        pairs = {"sun": [self.sun_pair] * len(planets), "planet": [self.planet_pair] * len(planets)}
+        maps = MapsOfPlanets(meshes, pairs, self.damping, self.damping_ratio)
         ends = []
         for planet, outer, *at in zip(planets, self.outer.planet_shafts, self.angles, self.outer.angles, strict=True):
             ends.append({"sun": (self.sun, planet, at[0]), "planet": (planet, outer, self._direction_to_outer(*at))})

@@ -73,8 +73,8 @@ class Planetary:
                   `exugear.Shaft` with the sun, with the ring (`ring_pair.wheel`), and of the carrier, which needs no
                   gear. Other stages and sets may share them: coupled sets, a stage behind the carrier
     planet        `fem.Gear`, or a `Shaft` that carries it at the sun's axial position, for another inertia and mass; or
-                  a list of one for each planet. By default the gear of the maps. Stepped planets are shafts with two
-                  gears: one at the sun's axial position, one at the ring's
+                  a list of one for each planet, whose teeth may differ in thickness. By default the gear of the maps.
+                  Stepped planets are shafts with two gears: one at the sun's axial position, one at the ring's
     step_angle    of stepped planets: angle about z by which a tooth of the gear at the ring stands ahead of one of the
                   gear at the sun [rad], or a list of one for each planet
     tooth         of stepped planets: which tooth of each, counted counter-clockwise from the one at step_angle, is put
@@ -336,7 +336,15 @@ class Planetary:
 
     def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]) -> list[Stage]:
         """Stages of each planet with sun and ring."""
-        pairs = {"sun": self.sun_pair, "ring": self.ring_pair}
+        gears = [next((g for at, g in x.gears.items() if at == self._axial), self.sun_pair.wheel) for x in planets]
+        pairs = {"sun": [self.sun_pair] * self.planets, "ring": [self.ring_pair] * self.planets}
+        if not self.stepped:
+            pairs["sun"] = [
+                x if x.wheel == g else replace(x, wheel=g) for x, g in zip(pairs["sun"], gears, strict=True)
+            ]
+            pairs["ring"] = [
+                x if x.pinion == g else replace(x, pinion=g) for x, g in zip(pairs["ring"], gears, strict=True)
+            ]
         maps = MapsOfPlanets({"sun": sun_meshes, "ring": ring_meshes}, pairs, self.damping, self.damping_ratio)
         ends = [
             {"sun": (self.sun, planet, angle), "ring": (planet, self.ring, angle)}
@@ -348,10 +356,10 @@ class Planetary:
 
 
 class MapsOfPlanets(NamedTuple):
-    """Maps or force laws of the meshes of planets by role, a list of one for each, their pairs and their damping."""
+    """Maps or force laws of the meshes of planets and their pairs by role, lists of one for each, and their damping."""
 
     meshes: dict[str, list[Any]]
-    pairs: dict[str, Any]
+    pairs: dict[str, list[Any]]
     damping: float | None
     damping_ratio: float | None
 
@@ -383,7 +391,7 @@ def stages_of_planets(
             options |= (first or {}) if not stages else {}
             options |= (of_sun or {}) if role == "sun" else {}
             at = (angle + pi) % (2 * pi) - pi
-            stages.append(Stage(fast, slow, mesh, pair=maps.pairs[role], angle=at, carrier=carrier, **options))
+            stages.append(Stage(fast, slow, mesh, pair=maps.pairs[role][number], angle=at, carrier=carrier, **options))
             laws.setdefault((id(given), role), stages[-1].force)
     return stages
 

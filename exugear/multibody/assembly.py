@@ -24,6 +24,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
+from exugear.mesh_force.kernel_records import changed
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
@@ -146,7 +147,7 @@ def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mappin
 def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.ndarray) -> BuiltMesh:
     """The mesh of a stage from its contact and its row."""
     law, frame = scene.laws[label], contact.frame
-    reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
+    reference = reference_state(law.table.head, frame) if is_spatial(frame) else (-frame.gap, 0.0, phase_of(frame, 0.0))
     return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
@@ -154,11 +155,12 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
     direction = gearbox.flank_senses[number]
+    gap = gearbox.gaps[number]
     if not spatial:
-        return rotational_frame(stage.pair, phase, direction)
+        return changed(rotational_frame(stage.pair, phase, direction), gap=gap)
     axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
     poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
-    nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+    nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0, "gap": gap}
     if stage.carrier and stage.carrier.name not in gearbox.carriers_of_pins:
         nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions)
     return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)

@@ -5,7 +5,7 @@ from math import cos, pi
 
 import numpy as np
 import pytest
-from planetary_boxes import SUN_PAIR, members, planetary, waving_law
+from planetary_boxes import GEAR, SUN_PAIR, members, planetary, waving_law
 
 import exugear
 from fem.units import deg, um
@@ -60,3 +60,21 @@ def test_axes_that_cannot_be_followed_are_refused_in_words():
         planetary(eccentricity=(20.0, 0.0))
     with pytest.raises(ValueError, match="eccentricity must be a distance"):
         planetary(eccentricity=20 * um)
+
+
+@pytest.mark.parametrize("planet", [0, 1])
+def test_a_planet_with_thinner_teeth_takes_less_whichever_flanks_drive(planet):
+    """Its pin would have to lie half of the thickness behind: (1 - (N - 1) X) / N with e = thickness / 2."""
+    thinner = 1 * um
+    thin = replace(GEAR, s_n=GEAR.s_n - thinner)
+    planets = [thin if n == planet else GEAR for n in range(3)]
+    x = X * (thinner / 2) / SHIFT
+    for driving in ("sun", "carrier"):
+        box = exugear.Gearbox([planetary(waving_law(amplitude=0.0), planet=planets)], held="ring", driving=driving)
+        load = LOAD / 4 if driving == "carrier" else LOAD
+        options = {"duration": 1e-3, "progress": False, "checks": 0}
+        data = exugear.run_up(exugear.build(box), speed=10.0, load=load, **options).data
+        forces = data["mesh_force"].values[:, -1].reshape(3, 2).sum(axis=1)
+        expected = np.full(3, (1 + x) / 3)
+        expected[planet] = (1 - 2 * x) / 3
+        assert forces / forces.sum() == pytest.approx(expected, abs=2e-2 * x)
