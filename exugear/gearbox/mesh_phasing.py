@@ -74,7 +74,7 @@ def phasing(
     positions: Mapping[str, tuple[float, float]],
     stepped: Sequence[SteppedPlanet] = (),
 ) -> Phasing:
-    """Phases and gaps of all stages; ValueError where the teeth of a loop of gears do not fit, or given phases disagree.
+    """Phases and gaps of all stages; ValueError where teeth of a loop of gears do not fit, or given phases disagree.
 
     directions   sense in which the pinion of each stage drives, +1 or -1
     positions    x, y [m] of each shaft

@@ -320,7 +320,20 @@ class Conditions:
             given |= recorded_torque(f"{end.name}_torque", end.torque) if isinstance(end.torque, Torque) else {}
         for imposed in self.imposed:
             given |= recorded(f"{imposed.shaft}_speed", imposed.value)
+        if len(self.anchors) > 1 and not self.prescribed:
+            given["free_speeds"] = self.words
         return given if self.prescribed else given | {"start_speed": self.initial_speed}
+
+    @property
+    def words(self) -> str:
+        """Which speeds are free, and how the torques accelerate them at the start; torques in balance do not."""
+        accelerations = dict(zip([x.name for x in self.gearbox.shafts], self.initial_accelerations, strict=True))
+        free = [
+            f"{x!r} by {self.gearbox.directions[x] * accelerations[x]:.4g} rad/s^2"
+            for x in self.anchors[len(self.imposed) :]
+        ]
+        imposed = f"{len(self.anchors)} speeds are free, {len(self.imposed)} of them imposed"
+        return f"{imposed}: torques that are not in balance accelerate shafts, at the start {', '.join(free)}"
 
 
 def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:

@@ -69,6 +69,10 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     ]
     lines += [f"{AXIS_NAMES[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
     lines += [f"{AXIS_NAMES[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
+    if beside:
+        lines.append(
+            f"its axis lies {beside / um:.4g} um beside the carrier's: distance and shares vary once in its turn"
+        )
     lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return law.at(**fixed), "; ".join(lines)
 
