@@ -5,7 +5,8 @@ import lazy_loader
 from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
-from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.gearbox import Gearbox, exact_ratios
+from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
@@ -74,6 +75,7 @@ __all__ = [
     "Drag",
     "EnergyBalance",
     "Gearbox",
+    "InnerPlanets",
     "MeshForce",
     "MeshFriction",
     "Model",
@@ -107,6 +109,7 @@ __all__ = [
     "efficiency",
     "eigenfrequencies",
     "envelope",
+    "exact_ratios",
     "graphics",
     "integrator",
     "level",
