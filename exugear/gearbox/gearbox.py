@@ -37,6 +37,7 @@ class Gearbox:
 
     Derived from them, by the name of the shaft or in the order of the stages:
 
+    sets              the `exugear.Planetary` among the stages that were given
     ratios            speed of every shaft over that of the driving shaft, 0 if held; on a carrier that of the planet
                       itself, not that relative to the carrier
     directions        sense of rotation of every shaft about z, +1 or -1; +1 for the driving shaft and where it stands
@@ -55,6 +56,7 @@ class Gearbox:
     held: Sequence[str] = field(default=(), kw_only=True)
     driving: Shaft = field(default=DERIVED, kw_only=True)
     driven: Shaft = field(default=DERIVED, kw_only=True)
+    sets: tuple[Planetary, ...] = field(init=False, repr=False)
     ratios: dict[str, float] = field(init=False, repr=False)
     directions: dict[str, int] = field(init=False, repr=False)
     flank_senses: tuple[int, ...] = field(init=False, repr=False)
@@ -68,6 +70,7 @@ class Gearbox:
         require(listed, f"{kinds}; write Gearbox([stage])")
         stages = [stage for member in members for stage in getattr(member, "stages", (member,))]
         object.__setattr__(self, "stages", tuple(stages))
+        object.__setattr__(self, "sets", tuple(member for member in members if isinstance(member, Planetary)))
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
         self._choose_ends()
