@@ -215,7 +215,8 @@ def linearized(system: BuiltSystem, held: str | None, speed: float = 0.0) -> Mod
     train, box = linear_train(system, speed), system.gearbox
     driving, imposed = end_coordinate(system, box.driving.name), end_coordinate(system, held) if held else None
     omega, omega_mesh = train.frequency_bounds()
-    resonances = zip(train.mesh_resonances(driving).tolist(), train.mesh_resonances(None).tolist(), strict=True)
+    sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
+    resonances = zip(*(train.mesh_resonances(held, sets).tolist() for held in (driving, None)), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
     plan = BuiltPlan(
         **vars(system.scene),

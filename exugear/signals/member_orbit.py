@@ -8,7 +8,7 @@ import xarray as xr
 
 from exugear.running.run_data import stage_data
 from exugear.running.set_data import planetary_sets
-from exugear.signals.signal import reference_speed, signal
+from exugear.signals.signal import signal, speed_of_shaft
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -67,7 +67,7 @@ def member_orbit(
     if frame is not None:
         own = f"frame must be left out for {shaft!r}: planets are seen from their carrier, along the radius of the pin"
         require(shaft not in planets, f"{own}, got {frame!r}")
-        speed, _ = reference_speed(data, frame, None)
+        speed = speed_of_shaft(data, "frame", frame)
         angle = scipy.integrate.cumulative_trapezoid(speed, data["time"].values, initial=0)
         cosine, sine = np.cos(angle), np.sin(angle)
         x, y = orbit.transpose("direction", "time").values

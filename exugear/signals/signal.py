@@ -70,32 +70,27 @@ def signal(
 def reference_speed(data: xr.Dataset, turns_of: str | None, relative_to: str | None) -> tuple[np.ndarray, str]:
     """(n,) speed about z of a shaft against another one [rad/s], and words for it; by default of the driving shaft.
 
-    By the ratios of the teeth, so that vibrations do not turn the angle of reference; where the teeth leave the ratio
-    open, by the recorded speeds.
+    By the ratios of the teeth, so that vibrations do not turn the angle of reference.
     """
     if turns_of is None:
         alone = f"relative_to={relative_to!r} needs turns_of, the shaft whose turns against it are counted"
         require(relative_to is None, alone)
         return data["speed"].values, DRIVING
-    speed, words = _speed_of(data, "turns_of", turns_of), turns_of
+    speed, words = speed_of_shaft(data, "turns_of", turns_of), turns_of
     if relative_to is not None:
-        speed, words = speed - _speed_of(data, "relative_to", relative_to), f"{turns_of} relative to {relative_to}"
+        speed, words = speed - speed_of_shaft(data, "relative_to", relative_to), f"{turns_of} relative to {relative_to}"
     still = np.abs(speed).max() <= STILL * np.abs(data["speed"].values).max()
     require(not still, f"turns_of={turns_of!r}, relative_to={relative_to!r}: the {words} does not turn; name another")
     return speed, words
 
 
-def _speed_of(data: xr.Dataset, argument: str, shaft: str) -> np.ndarray:
+def speed_of_shaft(data: xr.Dataset, argument: str, shaft: str) -> np.ndarray:
     """(n,) speed of a shaft of a run about z [rad/s]; ValueError for a name that is none."""
     ratios = {name.removesuffix(RATIO): x for name, x in data.attrs.items() if name.endswith(RATIO)}
     older = "the run is of an older version, which kept no speed ratios; run it again, or leave turns_of out"
     require(bool(ratios), older)
     require(shaft in ratios, f"{argument} must be one of the shafts {[*ratios]}, got {shaft!r}")
-    if np.isfinite(ratios[shaft]):
-        return float(ratios[shaft]) * data["speed"].values
-    recorded = "shaft_speed" in data and shaft in data["shaft"].values
-    require(recorded, f"{argument}: the teeth leave the speed of {shaft!r} open; run with power=True, which records it")
-    return data["shaft_speed"].sel(shaft=shaft).values
+    return float(ratios[shaft]) * data["speed"].values
 
 
 def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
