@@ -1,6 +1,7 @@
 """Plots of planetary sets: phases of the meshes, their sums over the planets, load shares, side bands."""
 
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,6 +16,8 @@ __all__ = ["plot_mesh_phases", "plot_phase_sums", "plot_planet_shares", "plot_si
 
 #: Marks of the meshes with sun and ring: shape, size, filling, colour; those of equal phases stay apart.
 MEMBERS = ("sun", "o", 7, "full", DISTINCT[0]), ("ring", "s", 12, "none", DISTINCT[3])
+#: Place of a legend above narrow axes.
+ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (-0.1, 1.0), "ncols": 2, "columnspacing": 1.0}
 #: Share of equal planets from which on a line is one of theirs, by its colour.
 OF_EQUAL_PLANETS = 1e-6
 #: Lowest level that is drawn below the range of the axis, so that lines below it leave no stump.
@@ -42,13 +45,13 @@ def plot_mesh_phases(phases: xr.Dataset, ax: Axes | None = None, **style) -> Axe
             linestyle="none",
             markersize=size,
             fillstyle=fill,
-            label=f"mesh with the {name}",
+            label=f"mesh with {name}",
         )
         ax.plot(phases[f"{name}_phase"].values % 1.0, rows, **look)
     names = zip(phases["planet"].values, phases["angle"].values / deg, strict=True)
     ax.set(xlabel="phase in the reference configuration [pitch]", xlim=(-0.04, 1.04), ylim=(rows[-1] + 0.5, -0.5))
-    ax.set_yticks(rows, [f"{planet}, {angle:.4g}°" for planet, angle in names])
-    legend(ax)
+    ax.set_yticks(rows, [f"{planet}, {angle % 360:.4g}°" for planet, angle in names])
+    legend(ax, **ABOVE)
     return ax
 
 
@@ -63,12 +66,12 @@ def plot_phase_sums(phases: xr.Dataset, ax: Axes | None = None, **style) -> Axes
     known = {"torque_sum", "lateral_sum"} <= set(phases.variables)
     require(known, "phases must have torque_sum and lateral_sum; pass what planetary.mesh_phases() returned")
     ax, harmonic = axes_or_new(ax), phases["harmonic"].values
-    for shift, name, words, colour in ((-0.2, "torque", "torque", 0), (0.2, "lateral", "lateral force on the sun", 1)):
+    for shift, name, words, colour in ((-0.2, "torque", "torque", 0), (0.2, "lateral", "lateral force on sun", 1)):
         look = {"width": 0.4, "color": DISTINCT[colour], "label": words} | style
         ax.bar(harmonic + shift, phases[f"{name}_sum"].values, **look)
     ax.set(xlabel="mesh harmonic", ylabel="sum over the planets\n/ sum in phase", ylim=(0, 1.05))
     ax.set_xticks(harmonic)
-    legend(ax)
+    legend(ax, **ABOVE)
     return ax
 
 
@@ -127,5 +130,5 @@ def plot_side_bands(lines: xr.Dataset, ax: Axes | None = None, *, decibels: Fini
     ax.set_xticks((middles + offset)[marked], [f"{x:.0f}" for x in lines["order"].values[marked]])
     words = lines["level"].attrs.get("long_name", "level")
     ax.set(xlabel="order of the carrier against the ring", ylabel=f"{words} [dB]", ylim=(-decibels, 3))
-    legend(ax, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
+    legend(ax, **ABOVE)
     return ax
