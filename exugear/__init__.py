@@ -39,9 +39,11 @@ from exugear.signals import spectrum
 from exugear.signals.angle_sampling import over_angle
 from exugear.signals.envelope import dte_envelope, envelope, peaks
 from exugear.signals.levels import level, rms_sum
+from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
 from exugear.signals.resonances import resonances
 from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
+from exugear.signals.side_bands import force_seen_from_ring, side_bands
 from exugear.signals.signal import mesh_orders, recorded_signal, sensor_signal, signal
 from exugear.signals.sound import write_sound
 from exugear.steady_state.steady_states import steady_states
@@ -110,9 +112,11 @@ __all__ = [
     "eigenfrequencies",
     "envelope",
     "exact_ratios",
+    "force_seen_from_ring",
     "graphics",
     "integrator",
     "level",
+    "member_orbit",
     "mesh_orders",
     "modes",
     "order_cut",
@@ -132,6 +136,7 @@ __all__ = [
     "run",
     "run_up",
     "sensor_signal",
+    "side_bands",
     "signal",
     "spectrogram",
     "spectrum",

@@ -56,6 +56,7 @@ class Gearbox:
 
     Derived from them, by the name of the shaft or in the order of the stages:
 
+    sets              the `exugear.Planetary` among the stages that were given
     ratios            speed of every shaft over that of the driving shaft, 0 if held; on a carrier that of the planet
                       itself, not that relative to the carrier. Where several speeds are free: in nominal operation
     motions           (n_free, n_shaft) speed of every shaft per speed of each of the `independent` ones
@@ -78,6 +79,7 @@ class Gearbox:
     speeds: Mapping[str, float] | None = field(default=None, kw_only=True)
     driving: Shaft = field(default=DERIVED, kw_only=True)
     driven: Shaft = field(default=DERIVED, kw_only=True)
+    sets: tuple[Planetary, ...] = field(init=False, repr=False)
     ratios: dict[str, float] = field(init=False, repr=False)
     motions: np.ndarray = field(init=False, repr=False)
     directions: dict[str, int] = field(init=False, repr=False)
@@ -95,6 +97,7 @@ class Gearbox:
         require(listed, f"{kinds}; write Gearbox([stage])")
         stages = [stage for member in members for stage in getattr(member, "stages", (member,))]
         object.__setattr__(self, "stages", tuple(stages))
+        object.__setattr__(self, "sets", tuple(member for member in members if isinstance(member, Planetary)))
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
         self._choose_ends()

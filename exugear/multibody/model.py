@@ -230,7 +230,8 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     train, box = linear_train(system, speed), system.gearbox
     driving, imposed = ([end_coordinate(system, name) for name in names] for names in (box.independent, held))
     omega, omega_mesh = train.frequency_bounds()
-    resonances = zip(train.mesh_resonances(driving).tolist(), train.mesh_resonances(()).tolist(), strict=True)
+    sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
+    resonances = zip(*(train.mesh_resonances(names, sets).tolist() for names in (driving, ())), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
     plan = BuiltPlan(
         **vars(system.scene),
