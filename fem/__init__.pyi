@@ -7,6 +7,7 @@ from .gear.data_sheet import DataSheet, Quantity
 from .gear.gear import Gear
 from .gear.material import STEEL, Material
 from .gear.pinion_cutter import PinionCutter
+from .gear.rim_support import Bolts, Bush
 from .microgeometry.deviation import Grid, PitchDeviation
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
@@ -35,6 +36,8 @@ from .support.version import __version__
 
 __all__ = [
     "STEEL",
+    "Bolts",
+    "Bush",
     "DataSheet",
     "Density",
     "EdgeBreak",

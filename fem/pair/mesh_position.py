@@ -8,7 +8,7 @@ behind by te / (2 r_b2), so that results do not depend on which gear is called t
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil, floor, tan
+from math import ceil, floor, pi, tan
 
 from fem.pair.pair import GearPair
 from fem.pair.path_of_contact import PathOfContact
@@ -21,12 +21,14 @@ class MeshPosition:
     a           working centre distance [m]
     axial       axial position of the wheel's mid-plane [m]
     phase       position in the mesh cycle
+    ring_angle  position of the mesh on a ring [rad]: 2 pi phase / |z| where the phase counts from tooth 0 on
     """
 
     pair: GearPair
     a: float
     axial: float
     phase: float
+    ring_angle: float = 0.0
 
     @cached_property
     def path(self) -> PathOfContact:
@@ -37,6 +39,14 @@ class MeshPosition:
     def alpha(self) -> float:
         """Working transverse pressure angle [rad]."""
         return self.path.alpha_wt
+
+    @property
+    def tooth_angle(self) -> float:
+        """Angle of the middle of tooth 0 of the wheel from the middle of that tooth of the ring that is at angle 0 [rad].
+
+        Tooth k is k pitches further. Where the phase counts all pitches from tooth 0 on, the angle is 0.
+        """
+        return self.ring_angle - 2 * pi * self.phase / abs(self.pair.wheel.z)
 
     @property
     def face(self) -> tuple[float, float]:

@@ -26,7 +26,8 @@ def mirror_image(pair: GearPair) -> GearPair:
 def _mirrored(gear: Gear, first: int) -> Gear:
     """The mirror image of a gear, whose tooth k is tooth first - k of the gear."""
     left, right = (tuple(_renumbered(part, first) for part in side) for side in (gear.coast_flank, gear.drive_flank))
-    return replace(gear, beta=-gear.beta, flank=left if left == right else Sides(left, right))
+    support = tuple(part.mirrored() for part in gear.support)
+    return replace(gear, beta=-gear.beta, flank=left if left == right else Sides(left, right), support=support)
 
 
 def _renumbered(part, first: int):

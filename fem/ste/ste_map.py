@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from fem.gear import rim_support
 from fem.gear.gear import Gear
 from fem.gear.material import Material
 from fem.gear.pinion_cutter import PinionCutter
@@ -19,7 +20,7 @@ from fem.support.netcdf import read, write
 from fem.support.tables import read_grid
 from fem.support.validation import increasing, numbers, require, require_finite
 
-SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank", "cutter")]
+SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank", "cutter", "support")]
 #: Sizes that not every gear has: shape of the root fillet, and where an external or an internal gear is clamped.
 OPTIONAL = ("rho_f", "fillet", "d_bore", "d_rim")
 CUTTER = [part.name for part in fields(PinionCutter)]
@@ -286,6 +287,7 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
         attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES if getattr(gear, size) is not None}
         attributes |= {f"{name}_cutter_{size}": value for size, value in _cutter_sizes(gear).items()}
         attributes[f"{name}_flank"] = to_text(gear.flank)
+        attributes |= {f"{name}_support": rim_support.to_text(gear.support)} if gear.support else {}
         attributes |= {f"{name}_{part.name}": getattr(gear.material, part.name) for part in fields(Material)}
     return attributes
 
@@ -303,7 +305,8 @@ def _gear(attributes, name: str) -> Gear:
     sizes = {size: float(attributes[f"{name}_{size}"]) for size in stored}
     cut = {size: float(attributes[key]) for size in CUTTER if (key := f"{name}_cutter_{size}") in attributes}
     flank, cutter = from_text(attributes[f"{name}_flank"]), PinionCutter(**cut) if cut else None  # type: ignore[arg-type]
-    return Gear(material=material, flank=flank, cutter=cutter, **sizes)  # type: ignore[arg-type]
+    support = rim_support.from_text(attributes.get(f"{name}_support", "[]"))
+    return Gear(material=material, flank=flank, cutter=cutter, support=support, **sizes)  # type: ignore[arg-type]
 
 
 @checked
