@@ -51,7 +51,9 @@ class ToothContact:
         """Compliances of pinion and wheel for compiled code."""
         numbers = self.position.numbers()
         pinion = compiled_compliance(self.pinion, 0.0, numbers)
-        return pinion, compiled_compliance(self.wheel, self.position.tooth_angle, range(1 - numbers.stop, 1 - numbers.start))
+        return pinion, compiled_compliance(
+            self.wheel, self.position.tooth_angle, range(1 - numbers.stop, 1 - numbers.start)
+        )
 
     @cached_property
     def slicing(self) -> FaceSlicing:

@@ -1,8 +1,9 @@
 """Flanks of a ring that follow the bending of its supported rim.
 
-The compliance of a ring whose rim is held by bolts or a bush is that of the clamped ring plus T A^-1 T^T: the displacement
-T of the flanks per amplitude of the rim's displacement, and the stiffness A over these amplitudes of ring and supports
-(`fem.elasticity.rim_harmonics`). This is a static condensation: nothing counts twice, and all teeth act on each other.
+The compliance of a ring whose rim is held by bolts or a bush is that of the clamped ring plus T A^-1 T^T: the
+displacement T of the flanks per amplitude of the rim's displacement, and the stiffness A over these amplitudes, of ring
+and supports (`fem.elasticity.rim_harmonics`). As a static condensation it counts nothing twice. All teeth act on each
+other.
 """
 
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ from scipy.linalg import cholesky, solve_triangular
 from fem.gear.rim_support import Bolts, Support
 from fem.support.cache import Arrays
 
+#: Components of the displacement of the rim, in the order of `rim_harmonics`.
+TANGENTIAL, RADIAL = range(2)
 #: Shapes in which the flank follows the rim are left out below this share of the largest; modes below that share.
 LEAST_SHAPE, LEAST_MODE = 1e-7, 1e-10
 
@@ -55,7 +58,8 @@ class RimBending:
         value, vector = np.linalg.eigh(at_teeth.T @ at_teeth)
         kept = value > LEAST_MODE * value[-1]
         factor = (vector[:, kept] * np.sqrt(value[kept] / self.share)).T.reshape(-1, len(teeth), self.shapes.shape[1])
-        normal, along = (np.einsum("mts,syh->mtyh", factor, shapes) for shapes in self.shapes)
+        of_flank = (np.einsum("mts,syh->mtyh", factor, shapes) for shapes in self.shapes)
+        normal, along = map(np.ascontiguousarray, of_flank)
         return RimModes(teeth[0], normal, along)
 
     def _condensed(self, angle: float) -> np.ndarray:

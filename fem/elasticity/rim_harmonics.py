@@ -76,7 +76,7 @@ def rim_harmonics(prism: Prism, density: Density, forces: FlankForces) -> Arrays
     shapes, n_rim = _rim_shapes(prism, pitch_section(gear, density))
     pitch, n_load = Pitch(stiffness, on_pitch, (len(stiffness) - n_rim) // 2), on_pitch.shape[1] // 2
     order = np.arange(-highest, highest + 1)
-    of_ring = np.zeros((2, order.size, 2, order.size), complex)
+    both, of_ring = np.arange(2), np.zeros((2, order.size, 2, order.size), complex)
     flank = np.zeros((order.size, 2, 2 * n_load), complex)
     free = np.zeros((z, 2 * n_load, n_load), complex)
     for q in range(z // 2 + 1):
@@ -84,13 +84,11 @@ def rim_harmonics(prism: Prism, density: Density, forces: FlankForces) -> Arrays
         held, further = shapes(order[rows])
         k, u = pitch.under(np.hstack([held, further]), np.exp(2j * np.pi * q / z))
         k, u, warped = _without_further(z / prism.face.share * k, u, held.shape[1])
-        values = k.reshape(2, rows.size, 2, rows.size), u.T.reshape(2, rows.size, -1).swapaxes(0, 1), warped[:, :n_load]
-        for at, q_at, (of_rows, of_flank, of_free) in (
-            (rows, q, values),
-            (order.size - 1 - rows, -q, [value.conj() for value in values]),
-        ):
-            of_ring[np.ix_([0, 1], at, [0, 1], at)] = of_rows
-            flank[at], free[q_at] = of_flank, of_free / prism.face.share
+        k, u, warped = k.reshape(2, rows.size, 2, -1), u.T.reshape(2, rows.size, -1), warped[:, :n_load]
+        opposite = order.size - 1 - rows
+        of_ring[np.ix_(both, rows, both, rows)], of_ring[np.ix_(both, opposite, both, opposite)] = k, k.conj()
+        flank[rows], flank[opposite] = u.swapaxes(0, 1), u.swapaxes(0, 1).conj()
+        free[q], free[-q] = warped / prism.face.share, warped.conj() / prism.face.share
     real = _from_real(highest)
     return {
         "stiffness": np.einsum("nk,anbm,ml->akbl", real.conj(), of_ring, real, optimize=True).real,
@@ -111,9 +109,12 @@ def _rim_shapes(prism: Prism, section: Basis):
     components = 2 if prism.axis is None and not gear.twist else 3
     free = ~clamped(gear, np.zeros(axial.size, bool), np.stack([0 * axial, 0 * axial, axial]), components, prism.face)
     directions = np.zeros((3, components, psi.size))
-    directions[0, :2], directions[1, :2] = (-np.cos(psi), -np.sin(psi)), (
-        -gear.sign * np.sin(psi),
-        gear.sign * np.cos(psi),
+    directions[0, :2], directions[1, :2] = (
+        (-np.cos(psi), -np.sin(psi)),
+        (
+            -gear.sign * np.sin(psi),
+            gear.sign * np.cos(psi),
+        ),
     )
     directions[2, 2:] = 1.0
     of_shape = [(direction, np.ones(axial.size)) for direction in directions[:2]]
@@ -151,7 +152,7 @@ def _from_real(highest: int) -> np.ndarray:
 
 
 def _between_teeth(free: np.ndarray, density: Density) -> np.ndarray:
-    """(n_virtual, n_load, n_load) displacements of `flank_displacements` from those by residue (|z|, 2 n_load, n_load)."""
+    """(n_virtual, n_load, n_load) displacements of `flank_displacements` from those by q (|z|, 2 n_load, n_load)."""
     q, n = np.arange(len(free)), free.shape[2]
     ahead, behind = range(density.teeth + 1), range(-density.behind, 0)
 

@@ -78,7 +78,7 @@ class Gear:
     cutter: PinionCutter | None = None
     material: Material = field(default=STEEL)
     flank: Flank | Sides = ()
-    support: tuple[Support, ...] | Support = ()
+    support: tuple[Support, ...] = ()
 
     def __post_init__(self, h_fP: float | None):
         as_floats(self)

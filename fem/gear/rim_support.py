@@ -1,12 +1,12 @@
 """Support of the rim of an internal gear: bolts, pins or splines at angles, and a bush all around.
 
-Angles count from the middle of tooth 0 in the direction in which the teeth count, clockwise seen from +z. A support acts
-at the outer diameter of the rim, over the whole face width; between bolts the rim is free.
+Angles count from the middle of tooth 0 in the direction in which the teeth count, clockwise seen from +z. A support
+acts at the outer diameter of the rim, over the whole face width; between bolts the rim is free.
 """
 
 import json
 from collections.abc import Iterable
-from dataclasses import InitVar, asdict, dataclass
+from dataclasses import InitVar, asdict, dataclass, replace
 from math import pi
 
 import numpy as np
@@ -73,14 +73,9 @@ class Bolts:
         _check_stiffness(self, "N/m")
         require(0 < self.width < np.inf, f"width must be > 0 m, got {self.width}")
 
-    def mirrored(self) -> "Bolts":
-        """The bolts of the mirror image of a ring, whose angles have the other sign."""
-        return Bolts(
-            angles=tuple(-angle for angle in reversed(self.angles)),
-            radial=self.radial,
-            tangential=self.tangential,
-            width=self.width,
-        )
+    def mirrored(self, about: float) -> "Bolts":
+        """The bolts of the mirror image of a ring, at an angle `about` minus theirs [rad]."""
+        return replace(self, angles=tuple(about - angle for angle in reversed(self.angles)))
 
 
 @short()
@@ -101,7 +96,7 @@ class Bush:
         as_floats(self)
         _check_stiffness(self, "N/m per metre of circumference")
 
-    def mirrored(self) -> "Bush":
+    def mirrored(self, about: float) -> "Bush":
         """The same: a bush is even."""
         return self
 

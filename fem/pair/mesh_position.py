@@ -21,14 +21,15 @@ class MeshPosition:
     a           working centre distance [m]
     axial       axial position of the wheel's mid-plane [m]
     phase       position in the mesh cycle
-    ring_angle  position of the mesh on a ring [rad]: 2 pi phase / |z| where the phase counts from tooth 0 on
+    ring_angle  position of the mesh on a ring, which grows by a pitch with each pitch of the phase [rad]; None: 2 pi
+                phase / |z|, as the phase counts from tooth 0 of the ring on
     """
 
     pair: GearPair
     a: float
     axial: float
     phase: float
-    ring_angle: float = 0.0
+    ring_angle: float | None = None
 
     @cached_property
     def path(self) -> PathOfContact:
@@ -42,11 +43,8 @@ class MeshPosition:
 
     @property
     def tooth_angle(self) -> float:
-        """Angle of the middle of tooth 0 of the wheel from the middle of that tooth of the ring that is at angle 0 [rad].
-
-        Tooth k is k pitches further. Where the phase counts all pitches from tooth 0 on, the angle is 0.
-        """
-        return self.ring_angle - 2 * pi * self.phase / abs(self.pair.wheel.z)
+        """Angle of the middle of the tooth of a ring in tooth pair 0 from the angle 0 of its supports [rad]."""
+        return 0.0 if self.ring_angle is None else self.ring_angle - 2 * pi * self.phase / abs(self.pair.wheel.z)
 
     @property
     def face(self) -> tuple[float, float]:
