@@ -45,7 +45,7 @@ class Symmetry(Enum):
 
 
 def symmetry_of(model: ContactModel) -> Symmetry:
-    """Symmetry of a pair at its offsets; pitch deviations, which differ between teeth, and a ring on bolts have none."""
+    """Symmetry of a pair at its offsets; unlike teeth (pitch deviations) and a ring on bolts have none."""
     gears, offsets = (model.pair.pinion, model.pair.wheel), model.offsets
     if model.turns_on_supports or any(
         gear.drive_flank != gear.coast_flank or pitch_deviations(gear.drive_flank) for gear in gears

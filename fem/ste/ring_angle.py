@@ -48,7 +48,7 @@ def checked_ring_angles(pair: GearPair, ring_angles) -> tuple[np.ndarray, bool]:
     ring_angles     number of angles over the period of the support, or increasing values; None: as many as needed
     """
     turn = period(pair.wheel.support)
-    if turn is None or _counts_pitches(pair):
+    if turn is None or counts_pitches(pair):
         even = "the rim of the wheel is clamped, or its support is even" if turn is None else "its teeth differ"
         require(ring_angles is None, f"ring_angles belong to a ring on bolts, but {even}; leave them out")
         return np.zeros(1), False
@@ -71,7 +71,8 @@ def number_of_angles(ring: Gear) -> int:
     return (ANGLES_OF_THICK if rim >= THICK else ANGLES_OF_THIN) * in_period
 
 
-def _counts_pitches(pair: GearPair) -> bool:
+def counts_pitches(pair: GearPair) -> bool:
+    """Whether teeth differ: the phase counts all pitches, and the ring angle follows from it."""
     return bool(pitch_deviations((*pair.pinion.drive_flank, *pair.wheel.drive_flank)))
 
 

@@ -20,7 +20,7 @@ def test_the_clamped_rim_takes_the_torque_of_the_ring(pair):
     state, force = contact.state(2000.0), 2000.0
     thrusts = []
     for gear, loads in zip((pair.pinion, pair.wheel), flank_loads(contact, state), strict=True):
-        elastic = gear_elasticity.solid_gear(gear, with_loaded_teeth(ROOT, loads))
+        elastic = gear_elasticity.solid_gear(gear, with_loaded_teeth(gear, ROOT, loads))
         nodal = gear_elasticity.nodal_forces(elastic, loads)
         f = elastic.in_fixed_axes(nodal)
         x, y = (part.ravel() for part in _positions(elastic))
