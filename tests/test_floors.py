@@ -40,6 +40,7 @@ APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), (
 #: What exugear may import from fem; `exugear.reporting.graphics` draws the outline of `fem.gear.tooth_profile`.
 DOORS_TO_FEM = {
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.material", "fem.gear.tooth_profile"),
+    "fem.gear.rim_support",
     *(
         "fem.pair.pair",
         "fem.pair.offsets",
