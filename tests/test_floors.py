@@ -43,6 +43,7 @@ DOORS_TO_FEM = {
     *("fem.microgeometry.flank", "fem.microgeometry.modification"),
     *("fem.ste.transmission", "fem.pair.iso6336", "fem.gear.pinion_cutter"),
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.material", "fem.gear.tooth_profile"),
+    "fem.gear.rim_support",
     *(
         "fem.pair.pair",
         "fem.pair.offsets",
