@@ -8,6 +8,7 @@ from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
 from exugear.gearbox.stage import Stage
 from exugear.load_factors.dynamic_factor import dynamic_factor
@@ -82,6 +83,7 @@ __all__ = [
     "Planetary",
     "Recorder",
     "RingPair",
+    "RollingBearing",
     "Rule",
     "Run",
     "RunStopped",
