@@ -269,7 +269,7 @@ class RollingBearing:
         pushed = np.zeros((3, COORDINATES))
         pushed[0, 0] = clearance + approach
         pushed[1:, 2] = np.array([1.0, -1.0]) * max(_axial_travel(row, approach) for row in self.rows)
-        size = np.diagonal(self.response(pushed).hessian, axis1=1, axis2=2).max(axis=0)
+        size = np.diagonal(response(self.law, 0.0, pushed).hessian, axis1=1, axis2=2).max(axis=0)
         size[:2], size[3:] = size[:2].max(), size[3:].max()
         k[range(COORDINATES), range(COORDINATES)] = size
         return k
@@ -278,10 +278,6 @@ class RollingBearing:
     def at(self, lever: Finite) -> np.ndarray:
         """(6, 6) `stiffness` about a pole on the shaft's axis; lever: axial distance of the bearing from it [m]."""
         return about_pole(self.stiffness, lever)
-
-    def response(self, q: np.ndarray, lever: float = 0.0) -> Response:
-        """Energy, gradient, Hessian at displacements q (n, 5) [m, rad] of a pole a lever [m] below the bearing."""
-        return response(self.law, lever, np.atleast_2d(q))
 
     @checked
     def displaced(self, displacement: Sequence[float]) -> "LoadedBearing":
@@ -300,12 +296,18 @@ class RollingBearing:
             q = equilibrium(self._potential, forces, self.rows[0].R)
         except NotCarried as error:
             raise ValueError(f"force {forces.tolist()} is not carried by a {self.kind} bearing: {error}") from None
-        apart = any(_comes_apart(row, q) for row in self.rows)
-        require(not apart, f"force {forces.tolist()} pulls the rings of an {self.kind} bearing apart; press them")
+        require(
+            not self.comes_apart(q),
+            f"force {forces.tolist()} pulls the rings of an {self.kind} bearing apart; press them",
+        )
         return LoadedBearing(self, q)
 
+    def comes_apart(self, q: np.ndarray) -> bool:
+        """Whether a displacement q (5,) [m, rad] pulls the rings of an angular contact bearing apart."""
+        return any(row.comes_apart(np.asarray(q)[:COORDINATES]) for row in self.rows)
+
     def _potential(self, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        energy, gradient, hessian = self.response(q)
+        energy, gradient, hessian = response(self.law, 0.0, q[None])
         return float(energy[0]), gradient[0], hessian[0]
 
 
@@ -321,7 +323,7 @@ class LoadedBearing:
 
     @cached_property
     def _response(self) -> Response:
-        return self.bearing.response(self.displacement)
+        return response(self.bearing.law, 0.0, self.displacement[None])
 
     @property
     def force(self) -> np.ndarray:
@@ -380,14 +382,6 @@ def _axial_travel(row: Row, approach: float) -> float:
         return float(np.sqrt((row.A + approach) ** 2 - row.R_0**2)) - row.X_0
     assert isinstance(row, RollerRow)
     return (approach + row.gap) / sin(row.alpha) if row.alpha > 0 else 0.0
-
-
-def _comes_apart(row: Row, q: np.ndarray) -> bool:
-    """Whether balls of an angular contact row press against shoulders that it does not have."""
-    if not (isinstance(row, BallRow) and row.alpha > 0):
-        return False
-    axial = row.contacts(q[None])[0, :, 1]
-    return bool((axial[row.loads(q[None])[0] > 0] < 0).any())
 
 
 def _roller_row(

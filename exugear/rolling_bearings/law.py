@@ -12,7 +12,7 @@ import numpy as np
 from numba import carray
 
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
-from exugear.rolling_bearings.rows import BallRow, Row
+from exugear.rolling_bearings.rows import BallRow, RollerRow, Row
 from fem.support.numba_cache import compiled, kept
 
 #: Head of the law of a bearing: axial distance from the centre of mass [m], damping over stiffness [s], number of rows;
@@ -25,6 +25,8 @@ ROW = record_type(
     *(("number", "i8"), ("axial", "f8"), ("direction", "f8"), ("origin", "f8", 2), ("map", "f8", (2, 3))),
     *(("stiffness", "f8"), ("A", "f8"), ("laminae", "i8"), ("elements", "i8"), ("slices", "i8")),
 )
+#: Displacement beyond which an iteration has diverged [m].
+FAR = 0.1
 LAW_SIZE, ROW_SIZE = LAW.itemsize, ROW.itemsize
 law_at, row_at = reader(LAW), reader(ROW)
 
@@ -52,7 +54,7 @@ def law_record(rows: Sequence[Row], lever: float = 0.0, damping: float = 0.0) ->
         entry["stiffness"] = row.stiffness
         if isinstance(row, BallRow):
             entry["A"] = row.A
-        else:
+        elif isinstance(row, RollerRow):
             slices = np.ascontiguousarray([row.slices, 2 * row.profile])
             arrays.append(slices)
             entry["laminae"], entry["slices"] = row.laminae, slices.ctypes.data
@@ -203,7 +205,11 @@ def rolling_bearing_kernel(record, t, *x):
 
     record   address of a `LAW`
     x        coordinates of the shaft's centre of mass (x, y, z, tilts, spin) and their rates
+
+    Raises ValueError(displacement) beyond all bounds.
     """
-    law = law_at(record)
+    law, far = law_at(record), abs(x[0]) + abs(x[1]) + abs(x[2])
+    if not far <= FAR:
+        raise ValueError(far)
     fx, fy, fz, fa, fb = reaction(law, (x[0], x[1], x[2], x[3], x[4]), (x[6], x[7], x[8], x[9], x[10]))
     return fx, fy, fz, fa, fb, 0.0

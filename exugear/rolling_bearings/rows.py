@@ -22,6 +22,8 @@ LINE_CONTACT = 35948.0 / mm**2
 SHORT_DROP, TAPERED_DROP, LONG_DROP = 0.00035, 0.00045, 0.0005
 #: Length over diameter from which a roller is long.
 LONG = 2.5
+#: Least axial distance of the groove centres of pressed balls, over that of the centred bearing.
+LEAST_ANGLE = 0.1
 #: Pressure at the static capacity [Pa] (ISO 76).
 STATIC_PRESSURE_OF_BALLS, STATIC_PRESSURE_OF_ROLLERS = 4200e6, 4000e6
 
@@ -81,6 +83,28 @@ class Row:
         return self.origin + self.ring_motion(q) @ self.map.T
 
     @property
+    def stiffness(self) -> float:
+        """Factor of the power of the approach of an element or of its lamina."""
+        raise NotImplementedError
+
+    @property
+    def static_approach(self) -> float:
+        """Approach [m] at the pressure of the static capacity."""
+        raise NotImplementedError
+
+    def preloaded(self, approach: float) -> "Row":
+        """The row whose rings are pushed together along the axis [m]."""
+        raise NotImplementedError
+
+    def comes_apart(self, q: np.ndarray) -> bool:
+        """Whether a displacement q (5,) pulls the rings apart, so that elements press where rings have no shoulder."""
+        return False
+
+    def loads(self, q: np.ndarray) -> np.ndarray:
+        """(n, Z) forces of the elements [N] at displacements q (n, 5) [m, rad]."""
+        raise NotImplementedError
+
+    @property
     def origin(self) -> np.ndarray:
         """(2,) coordinates of the contacts of the centred bearing."""
         raise NotImplementedError
@@ -119,7 +143,7 @@ class BallRow(Row):
         """Contact with the outer raceway."""
         return BallContact(self.D_w, self.r_e, -self.gamma, self.compliance)
 
-    @cached_property
+    @property
     def stiffness(self) -> float:
         """Force of a ball over the approach of both rings^1.5 [N/m^1.5]."""
         return (self.inner.stiffness ** (-2 / 3) + self.outer.stiffness ** (-2 / 3)) ** -1.5
@@ -139,7 +163,14 @@ class BallRow(Row):
         approach = np.hypot(*np.moveaxis(self.contacts(q), -1, 0)) - self.A
         return self.stiffness * np.maximum(approach, 0.0) ** 1.5
 
-    @cached_property
+    def comes_apart(self, q: np.ndarray) -> bool:
+        """Whether balls of an angular contact row press with a tenth of their contact angle, or on the other side."""
+        axial = self.contacts(q[None])[0, :, 1]
+        return self.alpha > 0 and bool(
+            (axial[self.loads(q[None])[0] > 0] < LEAST_ANGLE * self.A * sin(self.alpha)).any()
+        )
+
+    @property
     def static_approach(self) -> float:
         """Approach [m] at the pressure of the static capacity, at the more heavily pressed raceway."""
         pressure = max(self.inner.pressure(1.0), self.outer.pressure(1.0))
@@ -215,7 +246,7 @@ class RollerRow(Row):
         """(n, Z) forces of the rollers [N] at displacements q (n, 5) [m, rad]."""
         return self.lamina_loads(q).sum(axis=-1)
 
-    @cached_property
+    @property
     def static_approach(self) -> float:
         """Approach [m] of a straight roller at the pressure of the static capacity, at the inner raceway."""
         width = self.L_we / self.laminae

@@ -7,6 +7,7 @@ import pytest
 from rolling_bearings import ANGULAR, ROLLER, TAPERED, deep_groove, every_kind, random_bearings, random_displacements
 
 from exugear import RollingBearing
+from exugear.rolling_bearings.law import response
 from fem.units import deg, mm, um
 
 
@@ -44,8 +45,8 @@ def test_a_half_loaded_roller_bearing_has_the_published_loads():
 def test_force_and_stiffness_are_slopes_of_one_energy(bearing):
     h, directions = np.array([1e-9, 1e-9, 1e-9, 1e-7, 1e-7]), np.eye(5)
     for q in random_displacements(20):
-        ahead, behind = bearing.response(q + h * directions), bearing.response(q - h * directions)
-        now, size = bearing.response(q), np.abs(bearing.response(q).gradient).max() + 1
+        ahead, behind, now = (response(bearing.law, 0.0, x) for x in (q + h * directions, q - h * directions, q[None]))
+        size = np.abs(now.gradient).max() + 1
         assert (ahead.energy - behind.energy) / (2 * h) == pytest.approx(now.gradient[0], rel=1e-4, abs=1e-4 * size)
         stiffness = now.hessian[0]
         assert np.abs(stiffness - stiffness.T).max() <= 1e-8 * np.abs(stiffness).max()
@@ -56,7 +57,7 @@ def test_force_and_stiffness_are_slopes_of_one_energy(bearing):
 @pytest.mark.parametrize("bearing", every_kind().values(), ids=every_kind())
 def test_forces_are_monotonic(bearing):
     q = random_displacements(200)
-    gradient = bearing.response(q).gradient
+    gradient = response(bearing.law, 0.0, q).gradient
     assert (np.einsum("ni,ni->n", np.diff(gradient, axis=0), np.diff(q, axis=0)) >= -1e-12).all()
 
 
