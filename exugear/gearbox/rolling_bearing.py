@@ -13,7 +13,7 @@ from exugear.rolling_bearings.law import LawRecord, Response, law_record, respon
 from exugear.rolling_bearings.life import dynamic_capacity, reference_life
 from exugear.rolling_bearings.rows import SHORT_DROP, TAPERED_DROP, BallRow, RollerRow, Row
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import Finite, Numbers, checked
 from fem.support.representation import short
 from fem.support.validation import require, require_finite
 from fem.units import deg, mm, um
@@ -297,14 +297,28 @@ class RollingBearing:
         except NotCarried as error:
             raise ValueError(f"force {forces.tolist()} is not carried by a {self.kind} bearing: {error}") from None
         require(
-            not self.comes_apart(q),
+            not comes_apart(self, q),
             f"force {forces.tolist()} pulls the rings of an {self.kind} bearing apart; press them",
         )
         return LoadedBearing(self, q)
 
-    def comes_apart(self, q: np.ndarray) -> bool:
-        """Whether a displacement q (5,) [m, rad] pulls the rings of an angular contact bearing apart."""
-        return any(row.comes_apart(np.asarray(q)[:COORDINATES]) for row in self.rows)
+    @checked
+    def life(self, displacements: Numbers, revolutions: Numbers = 1.0) -> float:
+        """L_10r [revolutions] of a duty cycle or of a run (ISO/TS 16281), damage summed position by position.
+
+        displacements   (n, 5) of the shaft: x, y, z [m], about x and y [rad]; of a load by `under(load).displacement`
+        revolutions     (n,) number or share of the revolutions in each
+
+        Balls and rollers share the load as in statics. inf where nothing is loaded.
+        """
+        q = np.atleast_2d(np.asarray(displacements, float))
+        require(q.shape[1:] == (COORDINATES,), f"displacements must be (n, 5) [m, rad], got {q.shape}")
+        require_finite("displacements", q)
+        weights = np.broadcast_to(np.asarray(revolutions, float), len(q)) if np.ndim(revolutions) == 0 else revolutions
+        weights = np.asarray(weights, float)
+        matching = weights.shape == (len(q),) and bool((weights >= 0).all()) and bool(weights.sum() > 0)
+        require(matching, f"revolutions must be (n,) >= 0 with n = {len(q)}, got {np.shape(revolutions)}")
+        return reference_life(self.rows, self.C, q, weights / weights.sum())
 
     def _potential(self, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         energy, gradient, hessian = response(self.law, 0.0, q[None])
@@ -348,7 +362,12 @@ class LoadedBearing:
     @property
     def life(self) -> float:
         """L_10r [revolutions] (ISO/TS 16281): reached by 90 % of such bearings under this load, lubricated well."""
-        return reference_life(self.bearing.rows, self.bearing.C, self.displacement[None], np.ones(1))
+        return self.bearing.life(self.displacement)
+
+
+def comes_apart(bearing: RollingBearing, q: np.ndarray) -> bool:
+    """Whether a displacement q (5,) [m, rad] pulls the rings of an angular contact bearing apart."""
+    return any(row.comes_apart(q[:COORDINATES]) for row in bearing.rows)
 
 
 def pressures(row: Row, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from exugear.gearbox.bearing_law import (
     strain_energy,
 )
 from exugear.gearbox.drag import braking_torque
-from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
 
@@ -62,7 +62,7 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
     rolling = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, RollingBearing)}
     if rolling:
         q[free] = _of_least_potential(shaft, forces[free], list(free))
-        apart = [axial for axial, x in rolling.items() if x.comes_apart(_motion_at(shaft, axial, 5) @ q[:5])]
+        apart = [axial for axial, x in rolling.items() if comes_apart(x, _motion_at(shaft, axial, 5) @ q[:5])]
         if apart:
             raise NotCarried(f"bearings of shaft {shaft.name!r} at {apart} m are pulled apart; press or pair them")
         return q, {}

@@ -23,6 +23,8 @@ LARGE_BALL = 25.4 * mm
 #: Today's quality (ISO 281): b_m of ball and roller bearings, and the reduction factor of rollers.
 B_M_OF_BALLS, B_M_OF_ROLLERS, ROLLER_REDUCTION = 1.3, 1.1, 0.83
 MILLION = 1e6
+#: Number of displacements whose forces are computed at once.
+BLOCK = 1024
 
 
 def dynamic_capacity(row: Row) -> float:
@@ -79,15 +81,21 @@ def reference_life(rows: Sequence[Row], capacity: float, q: np.ndarray, weights:
     damage, dispersion = 0.0, 1.0
     for row in rows:
         inner, outer = element_capacities(row, capacity)
-        if isinstance(row, BallRow):
-            p, dispersion, loads = LOAD_OF_BALLS, DISPERSION_OF_BALLS, row.loads(q)[..., None]
-        else:
-            assert isinstance(row, RollerRow)
-            p, dispersion = LOAD_OF_ROLLERS, DISPERSION_OF_ROLLERS
-            share = row.laminae ** (-7 / 9)
+        p, dispersion = LOAD_OF_BALLS, DISPERSION_OF_BALLS
+        if isinstance(row, RollerRow):
+            p, dispersion, share = LOAD_OF_ROLLERS, DISPERSION_OF_ROLLERS, row.laminae ** (-7 / 9)
             inner, outer = inner * share, outer * share
-            loads = row.lamina_loads(q) * edge_factors(row.laminae)
-        at_positions = np.einsum("n,njk->jk", weights, loads**p)
+        at_positions = sum(
+            np.einsum("n,njk->jk", weights[first : first + BLOCK], _stressing(row, q[first : first + BLOCK]) ** p)
+            for first in range(0, len(q), BLOCK)
+        )
         turning, standing = at_positions.mean(axis=0) / inner**p, at_positions / outer**p
         damage += float((turning**dispersion).sum() + (standing**dispersion).mean(axis=0).sum())
     return MILLION * damage ** (-1 / dispersion) if damage > 0 else np.inf
+
+
+def _stressing(row: Row, q: np.ndarray) -> np.ndarray:
+    """(n, Z, laminae) forces [N] that stress the raceways, edge factors included; (n, Z, 1) of balls."""
+    if isinstance(row, RollerRow):
+        return row.lamina_loads(q) * edge_factors(row.laminae)
+    return row.loads(q)[..., None]

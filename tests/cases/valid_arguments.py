@@ -61,6 +61,20 @@ def run_on_bearings() -> exugear.Run:
 
 
 @cache
+def rolling_box() -> exugear.Gearbox:
+    """The paper's pair on two ball bearings a shaft."""
+    ball = exugear.RollingBearing.deep_groove(Z=9, D_w=12 * mm, D_pw=60 * mm, damping_time=2e-5)
+    return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
+
+
+@cache
+def run_on_rolling_bearings() -> exugear.Run:
+    """A short run on rolling bearings, with their displacements."""
+    options = {"displacement": True, "progress": False, "checks": 0}
+    return exugear.run_up(exugear.build(rolling_box()), speed=50.0, load=100.0, duration=0.01, **options)
+
+
+@cache
 def run_of_a_set() -> exugear.Run:
     """A short run of a planetary set."""
     model = exugear.build(planetary_box())
@@ -206,6 +220,8 @@ def by_name() -> dict[str, Any]:
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
         "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
 
+        "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(), "shares": None,
+        "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
         "under.force": [0.0, 0.0, 100.0, 0.0, 0.0], "displaced.displacement": np.zeros(5),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring",
         "mesh_phases.harmonics": 2, "ratios.driving": "sun", "ratios.held": "ring",

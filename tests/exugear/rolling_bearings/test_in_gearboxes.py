@@ -15,11 +15,17 @@ DRAG = exugear.BearingDrag(43.5 * mm, 2.0, 20e-6, 3e-4)
 
 
 @cache
-def run_on_balls_and_rollers() -> exugear.Run:
-    """A short run of the paper's pair on a ball bearing, which brakes, and a roller bearing a shaft."""
+def gearbox() -> exugear.Gearbox:
+    """The paper's pair on a ball bearing, which brakes, and a roller bearing a shaft."""
     roller = exugear.RollingBearing.cylindrical_roller(**ROLLER, clearance=10 * um, **DAMPED)
     parts = {0.0: deep_groove(10 * um, **DAMPED, drag=DRAG), 60 * mm: roller}
-    model = exugear.build(box_of(fast=parts, slow=parts))
+    return box_of(fast=parts, slow=parts)
+
+
+@cache
+def run_on_balls_and_rollers() -> exugear.Run:
+    """A short run of that gearbox."""
+    model = exugear.build(gearbox())
     return exugear.run_up(model, speed=(60.0, 70.0), load=LOAD, duration=0.03, power=True, displacement=True, checks=0)
 
 
@@ -34,6 +40,27 @@ def test_a_run_starts_with_bearings_that_balance_the_mesh():
     force, of_fast = float(data["mesh_force"][0]), data["bearing_force"].values[:2]
     assert np.linalg.norm(of_fast.sum(axis=0)) == pytest.approx(force, rel=1e-3)
     assert force > 0.9 * LOAD / SPUR.wheel.r_b
+
+
+def test_life_and_pressure_along_a_run_are_those_of_its_mean_load():
+    run = run_on_balls_and_rollers()
+    parts = {shaft.name: shaft for shaft in gearbox().shafts}
+    data = exugear.bearing_life(run, gearbox())
+    assert data["bearing"].values.tolist() == run.data["bearing"].values.tolist()
+    mean = -run.data["bearing_force"].sel(bearing="fast at 0 mm").mean("time").values
+    loaded = parts["fast"].bearings[0.0].under((*mean, 0, 0))
+    assert data["life"].values[0] == pytest.approx(loaded.life, rel=0.05)
+    assert data["pressure"].values[0] == pytest.approx(loaded.pressures[0].max(), rel=0.05)
+    hours = data["life"] / (65.0 / (2 * np.pi)) / 3600
+    assert data["hours"].values == pytest.approx(hours.values, rel=1e-3)
+
+
+def test_a_duty_cycle_wears_as_its_runs_together():
+    run = run_on_balls_and_rollers()
+    early, late = (run.data.isel(time=part) for part in (slice(0, 1000), slice(1000, 2000)))
+    alone = [exugear.bearing_life(part, gearbox())["hours"] for part in (early, late)]
+    together = exugear.bearing_life([early, late], gearbox(), shares=[3.0, 1.0])["hours"]
+    assert (1 / together).values == pytest.approx((0.75 / alone[0] + 0.25 / alone[1]).values, rel=1e-3)
 
 
 def test_the_drag_follows_the_force_of_the_bearing():
