@@ -253,8 +253,13 @@ class RollingBearing:
 
     @cached_property
     def law(self) -> LawRecord:
-        """The compiled energy law about the centre of the bearing."""
+        """The compiled energy law, laminae of rollers one by one, about the centre of the bearing."""
         return law_record(self.rows)
+
+    @cached_property
+    def law_of_runs(self) -> LawRecord:
+        """The law with tables of rollers instead of laminae, for many calls."""
+        return law_record(self.rows, tables=True)
 
     @cached_property
     def stiffness(self) -> np.ndarray:

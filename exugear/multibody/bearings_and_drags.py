@@ -102,7 +102,7 @@ def _rolling_bearing(mbs, node: int, bearing: RollingBearing, lever: float):
 
 def rolling_functions(bearing: RollingBearing, lever: float):
     """Force and Jacobian of a rolling bearing for Exudyn, and the law of its kernel; see `bearing_functions`."""
-    law = law_record(bearing.rows, lever, bearing.damping_time)
+    law = law_record(bearing.rows, lever, bearing.damping_time, tables=True)
     address = law.address
 
     def rolling_force(mbs, t, item, q, q_t):
@@ -176,7 +176,7 @@ def drag_functions(shaft: Shaft, n: int):
     """
     nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
     laws = {
-        axial: law_record(bearing.rows, axial - shaft.centre)
+        axial: law_record(bearing.rows, axial - shaft.centre, tables=True)
         if isinstance(bearing, RollingBearing)
         else radial_record(bearing, axial - shaft.centre)
         for axial, bearing in nonlinear.items()

@@ -54,10 +54,25 @@ def test_force_and_stiffness_are_slopes_of_one_energy(bearing):
         assert slopes == pytest.approx(stiffness, rel=1e-2, abs=1e-3 * np.abs(stiffness).max() + 1)
 
 
+def test_tables_of_rollers_have_the_forces_of_their_laminae():
+    bearing, q = every_kind()["cylindrical roller"], random_displacements(500) * np.array([1, 1, 1, 0.5, 0.5])
+    by_laminae, by_table = (response(law, 0.0, q).gradient[:, :2] for law in (bearing.law, bearing.law_of_runs))
+    error, size = np.linalg.norm(by_table - by_laminae, axis=1), np.linalg.norm(by_laminae, axis=1)
+    assert np.median(error / np.maximum(size, 1.0)) < 1e-4
+    assert (error < 2e-3 * size + 3.0).all()
+
+
+def test_rollers_beyond_their_table_press_as_their_laminae():
+    bearing, q = every_kind()["cylindrical roller"], np.array([[300 * um, 0, 0, 0, 20e-3], [0, 400 * um, 0, 20e-3, 0]])
+    by_laminae, by_table = (response(law, 0.0, q).gradient for law in (bearing.law, bearing.law_of_runs))
+    assert by_table == pytest.approx(by_laminae, rel=1e-2, abs=1e-6)
+
+
+@pytest.mark.parametrize("tables", [False, True])
 @pytest.mark.parametrize("bearing", every_kind().values(), ids=every_kind())
-def test_forces_are_monotonic(bearing):
+def test_forces_are_monotonic(bearing, tables):
     q = random_displacements(200)
-    gradient = response(bearing.law, 0.0, q).gradient
+    gradient = response(bearing.law_of_runs if tables else bearing.law, 0.0, q).gradient
     assert (np.einsum("ni,ni->n", np.diff(gradient, axis=0), np.diff(q, axis=0)) >= -1e-12).all()
 
 
