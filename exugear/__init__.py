@@ -9,8 +9,10 @@ from exugear.gearbox.gearbox import Gearbox, exact_ratios
 from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
 from exugear.gearbox.stage import Stage
+from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.load_factors.planet_shares import planet_shares
@@ -88,6 +90,7 @@ __all__ = [
     "Planetary",
     "Recorder",
     "RingPair",
+    "RollingBearing",
     "Rule",
     "Run",
     "RunStopped",
@@ -102,6 +105,7 @@ __all__ = [
     "__version__",
     "animate_mode",
     "animate_pair",
+    "bearing_life",
     "build",
     "campbell",
     "draw",

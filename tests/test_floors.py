@@ -21,6 +21,7 @@ FOLDERS = (
     "fem/stress",
     "fem/reference",
     "exugear/mesh_force",
+    "exugear/rolling_bearings",
     "exugear/gearbox",
     "exugear/exchange",
     "exugear/contact",
