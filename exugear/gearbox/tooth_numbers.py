@@ -48,10 +48,12 @@ def phase_of_law(pair: GearPair | RingPair, pitches: int, by_pinion: float, by_w
 def _counted_teeth(pair: GearPair | RingPair, pitches: int) -> tuple[int, int]:
     """Numbers of teeth of pinion and wheel after which the law repeats for them; 1 where the gear does not count.
 
-    Where the flanks do not tell which gear counts, it is that with as many teeth as there are pitches.
+    A ring whose rim bends between bolts counts. Where neither flanks nor rim tell which gear does, it is that with as
+    many teeth as there are pitches.
     """
     z = pair.pinion.z, abs(pair.wheel.z)
     counts = [n > 1 for n in deviating_teeth(pair)] if isinstance(pair, GearPair) else [False, False]
+    counts[1] |= bool(getattr(pair.wheel, "support", ()))
     if not any(counts):
         counts = [n == pitches for n in z]
     if not any(counts):
