@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from planetary_boxes import waving_law
-from ring_gears import ring_pair
+from ring_gears import COARSE, bolted, ring_pair, thin_ring_pair
 
 import exugear
 import fem
@@ -126,3 +126,30 @@ def test_what_a_sensor_cannot_tell_is_refused():
         exugear.RingSensor(0.0, part)
     with pytest.raises(ValueError, match="back flanks"):
         exugear.RingSensor(0.0, np.cos).signal(data.assign(mesh_force=-data["mesh_force"]))
+
+
+def test_a_ring_on_bolts_bends_where_the_planet_passes():
+    """Its law runs over all pitches between the bolts; the sensor moves most, outwards, as the planet passes.
+
+    The line of action meets the rim some degrees behind the planet.
+    """
+    pair = thin_ring_pair(bolted())
+    sun = fem.Gear(z=14, m_n=pair.pinion.m_n, b=pair.pinion.b, d_bore=8 * mm)
+    ste = fem.over_pitches(fem.static_transmission_error(pair, [0, 10, 60], 6, resolution=COARSE, progress=False))
+    members = {"sun": exugear.Shaft("sun", {0.0: sun}), "ring": exugear.Shaft("ring", {0.0: pair.wheel})}
+    members["carrier"] = exugear.Shaft("carrier", {}, inertia=1e-3, mass=1.0)
+    given = {"sun_pair": fem.GearPair(sun, pair.pinion, a=-pair.a), "sun_mesh": waving_law(0.0), "ring_mesh": ste}
+    box = exugear.Gearbox([exugear.Planetary(**members, **given, planets=1, damping=1500.0)], held="ring")
+    turn, ratio = 0.2, 1 + 53 / 14
+    options = {"duration": turn, "sample": turn / 1060, "step": turn / 10600, "progress": False, "checks": 0}
+    run = exugear.run(exugear.build(box), drives={"sun": 2 * np.pi / turn * ratio}, loads={"carrier": 80.0}, **options)
+    ring = run.data.isel(stage=1)
+    law, force = box.stages[1].force, ring["mesh_force"].values
+    static = [law.deflection_at(p, f) for p, f in zip(ring["phase"].values[::20], force[::20], strict=True)]
+    assert ring["dte"].values[::20] == pytest.approx(static, abs=0.02 * np.ptp(static))
+    around = np.linspace(0, 2 * np.pi, 212, endpoint=False)
+    influence = fem.ring_deflection(pair, around, around, resolution=COARSE)
+    for angle in (1.1, 2.7, 4.3):
+        signal = exugear.RingSensor(angle, influence).signal(run)
+        passing = float(signal["angle"][int(np.argmax(signal.values))])
+        assert 0 < passing - angle < 0.3
