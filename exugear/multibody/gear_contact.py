@@ -101,7 +101,7 @@ def CreateGearContact(
     nodes = {int(node_of(mbs, item)) for item in itemNumbers}
     require(len(nodes) == len(itemNumbers), f"itemNumbers must be bodies with a node each, got {itemNumbers}")
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    check_turns(frame, force, pair)
+    check_turns(frame, pair, force=force.pitches, friction=friction.pitches if friction else 1)
     records = force.table, frame, contact_state(), friction.table(pair) if friction else None
     return add_contact(mbs, name, itemNumbers, records, recorder or Recorder(), pair)
 
@@ -124,13 +124,17 @@ def check_kinds(mbs, items, force: MeshForce) -> None:
     require(not (spins and force.offsets), fixed)
 
 
-def check_turns(frame: np.record, force: MeshForce, pair: GearPair | RingPair) -> None:
-    """ValueError where the law runs over more pitches than the attitude of the pinion's body can tell apart."""
-    z, pitches = pair.pinion.z, force.pitches
-    known = z % pitches == 0 or not is_rotated(frame)
+def check_turns(frame: np.record, pair: GearPair | RingPair, **laws: int) -> None:
+    """ValueError where a law runs over more pitches than the attitude of the pinion's body can tell apart.
+
+    laws   numbers of pitches by the argument that has them
+    """
+    z = pair.pinion.z
     unknown = f"the turns of these bodies are not counted, only which of its {z} teeth the pinion has in mesh"
     remedy = "take bodies on Rxyz nodes that turn about global z, or that move in the plane, or a law over one pitch"
-    require(known, f"force must run over a divisor of {z} pitches, got {pitches}: {unknown}; {remedy}")
+    for name, pitches in laws.items():
+        known = z % pitches == 0 or not is_rotated(frame)
+        require(known, f"{name} must run over a divisor of {z} pitches, got {pitches}: {unknown}; {remedy}")
 
 
 def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:
