@@ -73,10 +73,6 @@ class Bolts:
         _check_stiffness(self, "N/m")
         require(0 < self.width < np.inf, f"width must be > 0 m, got {self.width}")
 
-    def mirrored(self, about: float) -> "Bolts":
-        """The bolts of the mirror image of a ring, at an angle `about` minus theirs [rad]."""
-        return replace(self, angles=tuple(about - angle for angle in reversed(self.angles)))
-
 
 @short()
 @dataclass(frozen=True, kw_only=True)
@@ -96,10 +92,6 @@ class Bush:
         as_floats(self)
         _check_stiffness(self, "N/m per metre of circumference")
 
-    def mirrored(self, about: float) -> "Bush":
-        """The same: a bush is even."""
-        return self
-
 
 Support = Bolts | Bush
 KINDS = {"Bolts": Bolts, "Bush": Bush}
@@ -111,6 +103,13 @@ def supports_of(support) -> tuple[Support, ...]:
     if not all(isinstance(part, Support) for part in parts):
         raise ValueError(f"support must hold fem.Bolts or fem.Bush, got {text_of(support)}")
     return parts
+
+
+def mirrored(support: Support, about: float) -> Support:
+    """The support of the mirror image of a ring, with bolts at an angle `about` minus theirs [rad]."""
+    if isinstance(support, Bush):
+        return support
+    return replace(support, angles=tuple(about - angle for angle in reversed(support.angles)))
 
 
 def check_supports(supports: tuple[Support, ...], radius: float) -> None:
