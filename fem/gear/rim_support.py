@@ -56,12 +56,12 @@ class Bolts:
     def __post_init__(self, number_: int | None, first: float):
         as_floats(self)
         require((number_ is None) != (self.angles is None), "give the number of bolts or their angles, one of them")
+        at, turn = number("first", first), f"first must lie in [-2 pi, 2 pi] (pass radians: 20*deg), got {first}"
+        require(-2 * pi <= at <= 2 * pi, turn)
+        require(at == 0 or self.angles is None, f"first belongs to a number of bolts, got {first} beside angles")
         if number_ is not None:
             count = number("number", number_)
             require(1 <= count <= 10_000 and count % 1 == 0, f"number must be a whole number of bolts, got {number_}")
-            at = number("first", first)
-            turn = f"first must lie in [-2 pi, 2 pi] (pass radians: 20*deg), got {first}"
-            require(-2 * pi <= at <= 2 * pi, turn)
             angles = at + 2 * pi * np.arange(int(count)) / int(count)
         else:
             angles = np.atleast_1d(numbers("angles", self.angles))
