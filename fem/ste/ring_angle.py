@@ -33,8 +33,8 @@ from fem.support.arguments import checked
 from fem.support.validation import increasing, numbers, require
 from fem.units import deg
 
-#: Angles over the distance of two bolts: on rims as thick as this [modules] or thicker, and on thinner ones. Between the
-#: angles the mean of te over the mesh cycle is within 0.3 %, its peak to peak within 1.5 % (rims of 2.25, 3 and 5
+#: Angles over the distance of two bolts: on rims as thick as this [modules] or thicker, and on thinner ones. Between
+#: them the mean of te over the mesh cycle is within 0.3 %, its peak to peak within 1.5 % (rims of 2.25, 3 and 5
 #: modules on twelve stiff bolts).
 THICK, ANGLES_OF_THICK, ANGLES_OF_THIN = 4.0, 8, 12
 #: Variables that may have both signs, or vary smoothly: a periodic cubic spline gives them between the angles.
