@@ -7,6 +7,7 @@ import numpy as np
 
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
 from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
@@ -15,7 +16,7 @@ from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
-from fem.units import um
+from fem.units import mm, um
 
 #: Relative coupling stiffness, or distance [m], that counts as rounding.
 ROUNDING = 1e-9
@@ -44,6 +45,7 @@ class Plan:
     laws        force law of each stage by its label, with the axes that the scene needs
     axes        reason for the axes, by stage
     undamped    whether no mesh, bearing or coupling is damped
+    bearings    rolling bearings whose inner geometry is estimated, in words, by shaft
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
     damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
     mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
@@ -59,6 +61,7 @@ class Plan:
     losses: Mapping[str, str] = field(default_factory=dict)
     damping: Mapping[str, str] = field(default_factory=dict)
     mirrored: Mapping[str, str] = field(default_factory=dict)
+    bearings: Mapping[str, str] = field(default_factory=dict)
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -80,7 +83,7 @@ class Plan:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
-        lines += [f"{name}: {text}" for name, text in self.losses.items()]
+        lines += [f"{name}: {text}" for texts in (self.bearings, self.losses) for name, text in texts.items()]
         lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
         lines += [f"{label}: {COAST_MAPPED}" for label, law in self.laws.items() if law.coast is not None]
         lines += [f"{label}: {COAST_MIRRORED.format(reason)}" for label, reason in self.mirrored.items()]
@@ -130,7 +133,22 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
-    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored)
+    return Plan(
+        shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, _estimates(gearbox)
+    )
+
+
+def _estimates(gearbox: Gearbox) -> dict[str, str]:
+    """What is estimated of the rolling bearings of each shaft, in words."""
+    estimates = {
+        shaft.name: [
+            f"{bearing.kind} bearing at {axial / mm:g} mm, {bearing.estimate}"
+            for axial, bearing in shaft.bearings.items()
+            if isinstance(bearing, RollingBearing) and bearing.estimate
+        ]
+        for shaft in gearbox.shafts
+    }
+    return {name: "; ".join(texts) for name, texts in estimates.items() if texts}
 
 
 def _undamped(gearbox: Gearbox) -> bool:
