@@ -7,7 +7,7 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 
-from exugear.gearbox.bearing import about_pole
+from exugear.gearbox.bearing import Bearing, about_pole
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.rolling_bearings.catalogue import HABITS, Sizes, described, estimated_row, pitch_diameter
 from exugear.rolling_bearings.law import LawRecord, Response, law_record, response
@@ -412,6 +412,12 @@ class LoadedBearing:
     def stiffness(self) -> np.ndarray:
         """(5, 5) tangent stiffness [N/m, N/rad, N m/rad], symmetric."""
         return self._response.hessian[0]
+
+    @property
+    def linear(self) -> Bearing:
+        """The linear `Bearing` with this tangent stiffness, for runs in which the load hardly changes it."""
+        bearing = self.bearing
+        return Bearing(matrix=np.pad(self.stiffness, (0, 1)), damping_time=bearing.damping_time, drag=bearing.drag)
 
     @property
     def loads(self) -> list[np.ndarray]:

@@ -7,16 +7,16 @@ import numpy as np
 
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
+from exugear.planning.rolling_bearings import words_on_rolling_bearings
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
-from fem.units import mm, um
+from fem.units import um
 
 #: Relative coupling stiffness, or distance [m], that counts as rounding.
 ROUNDING = 1e-9
@@ -45,7 +45,7 @@ class Plan:
     laws        force law of each stage by its label, with the axes that the scene needs
     axes        reason for the axes, by stage
     undamped    whether no mesh, bearing or coupling is damped
-    bearings    rolling bearings whose inner geometry is estimated, in words, by shaft
+    bearings    by shaft: whether the load leaves the linear range of its rolling bearings, and what is estimated
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
     damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
     mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
@@ -134,21 +134,16 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
     return Plan(
-        shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, _estimates(gearbox)
+        shafts,
+        why,
+        laws,
+        axes,
+        _undamped(gearbox),
+        _losses(gearbox),
+        _damping(gearbox),
+        mirrored,
+        words_on_rolling_bearings(gearbox, shafts, torques),
     )
-
-
-def _estimates(gearbox: Gearbox) -> dict[str, str]:
-    """What is estimated of the rolling bearings of each shaft, in words."""
-    estimates = {
-        shaft.name: [
-            f"{bearing.kind} bearing at {axial / mm:g} mm, {bearing.estimate}"
-            for axial, bearing in shaft.bearings.items()
-            if isinstance(bearing, RollingBearing) and bearing.estimate
-        ]
-        for shaft in gearbox.shafts
-    }
-    return {name: "; ".join(texts) for name, texts in estimates.items() if texts}
 
 
 def _undamped(gearbox: Gearbox) -> bool:
