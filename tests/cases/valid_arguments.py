@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
+from rexs_files import two_stages as two_stages_of_rexs
 from scenes import linear_law, smooth_box, smooth_map
 from skfem import ElementQuad1
 
@@ -185,7 +186,7 @@ def by_name() -> dict[str, Any]:
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
-        "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0,
+        "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0, "turns_of": None, "relative_to": None,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -220,12 +221,14 @@ def by_name() -> dict[str, Any]:
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
         "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
 
+        "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
+        "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
+        "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
         "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(), "shares": None,
         "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
         "from_catalogue.kind": "angular contact", "from_catalogue.d": 25 * mm, "D": 52 * mm, "B": 15 * mm, "C_0": 1e4,
         "from_catalogue.C": 15.6e3, "from_catalogue.alpha": 0.7, "from_catalogue.clearance": 0.0,
         "under.force": [0.0, 0.0, 100.0, 0.0, 0.0], "displaced.displacement": np.zeros(5),
-        "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring",
         "mesh_phases.harmonics": 2, "ratios.driving": "sun", "ratios.held": "ring",
         "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
@@ -248,6 +251,20 @@ def by_name() -> dict[str, Any]:
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special | of_signals(folder)
+
+
+def of_sets() -> dict[str, Any]:
+    """Arguments of functions of planetary sets, and of their plots."""
+    phases, turn, of_set = planetary().mesh_phases(), np.linspace(0.0, 40.0, 2001), planetary()
+    heard = exugear.recorded_signal(turn, np.ones(turn.size), np.cos(90 * turn))
+    numbers = {"harmonics": 1, "carrier_orders": 1, "members": [], "revolutions": None}
+    lines = exugear.side_bands(heard, of_set, harmonics=1, carrier_orders=1)
+    return {f"side_bands.{name}": value for name, value in numbers.items()} | {
+        "side_bands.signal": heard, "side_bands.planetary": of_set, "force_seen_from_ring.run": run_of_a_set(),
+        "ring": "ring", "reach": 1.0, "member_orbit.run": run_on_bearings(), "member_orbit.member": "fast",
+        "frame": "slow", "quantity": "force", "plot_mesh_phases.phases": phases, "plot_phase_sums.phases": phases,
+        "shares": exugear.planet_shares(run_of_a_set()), "plot_side_bands.lines": lines,
+    }  # fmt: skip
 
 
 def of_signals(folder: Path) -> dict[str, Any]:
