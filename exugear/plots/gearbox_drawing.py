@@ -1,6 +1,6 @@
 """Drawing of a gearbox to scale: shafts with their sections, gears, bearings and discs, from the side."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
@@ -58,8 +58,9 @@ def _name(ax: Axes, shafts: list[Shaft], heights: dict[str, float]) -> None:
     """Names with numbers of teeth beside the drawing; those of shafts on one axis below each other."""
     for height in sorted({*heights.values()}):
         names = [_label(shaft) for shaft in shafts if heights[shaft.name] == height]
-        place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "annotation_clip": False}
-        ax.annotate("\n".join(names), (0.0, height / mm), (-6, 0), ha="right", va="center", **place)
+        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+        text = "\n".join(names)
+        ax.annotate(text, (0.0, height / mm), (-6, 0), ha="right", va="center", annotation_clip=False, **place)
 
 
 def _label(shaft: Shaft) -> str:
