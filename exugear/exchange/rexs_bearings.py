@@ -1,6 +1,9 @@
 """Bearings of a REXS file as linear stiffnesses: given, rigid, or those of rolling bearings by their catalogue."""
 
-from math import pi, radians, tan
+from math import pi, radians
+
+import numpy as np
+import scipy
 
 from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_reading import Reading
@@ -17,9 +20,10 @@ RIGID, STIFF, STIFF_TILT = 1e12, 5e9, 1e7
 SOFT = 1e4
 #: Damping over stiffness [s]: files do not hold it.
 DAMPING_TIME = 1e-5
-#: Share of the dynamic capacity at which the stiffness is taken, axial load over the radial one of deep groove balls,
-#: and of bearings with a contact angle over its tangent, by which half of the elements carry (Harris and Kotzalas).
-LOAD_SHARE, AXIAL_SHARE, HALF_ZONE = 0.1, 0.3, 1.26
+#: Share of the dynamic capacity at which the stiffness is taken, and axial load over it of deep groove bearings.
+LOAD_SHARE, AXIAL_SHARE = 0.1, 0.3
+#: Largest displacement of the rings against each other [m].
+FURTHEST = 0.5e-3
 #: Outer over inner diameter, and width over the height of the section, where the file does not hold them.
 OUTER_OVER_INNER, WIDTH_SHARE = 1.8, 0.45
 #: Kinds of rolling bearings by a part of the type's name, the first that fits, and their usual contact angles [deg].
@@ -80,13 +84,26 @@ def _estimated(reading: Reading, component: Component, seat: float | None) -> tu
     Its inner geometry is estimated from the boundary dimensions and capacities (`exugear.RollingBearing`).
     """
     rolling = _rolling(reading, component, seat)
-    radial, alpha = LOAD_SHARE * rolling.C, rolling.rows[0].alpha
-    axial = HALF_ZONE * tan(alpha) * radial if alpha else AXIAL_SHARE * radial
-    force = (radial, 0.0, 0.0 if rolling.kind == "cylindrical roller" else axial, 0.0, 0.0)
-    stiffness = rolling.under(force).stiffness
-    words = f"{rolling.kind} bearing, linear under {radial:.4g} N, a tenth of its capacity"
+    force = LOAD_SHARE * rolling.C
+    by_radial = _stiffness_under(rolling, 0, force)
+    words = f"{rolling.kind} bearing, linear under {force:.4g} N, a tenth of its capacity"
     reading.account.assumed(component.title, f"{words}; {rolling.estimate}")
-    return float(stiffness[0, 0]), float(stiffness[2, 2])
+    if rolling.kind == "deep groove":
+        return by_radial[0, 0], _stiffness_under(rolling, 2, AXIAL_SHARE * force)[2, 2]
+    return by_radial[0, 0], by_radial[2, 2] if rolling.rows[0].alpha else 0.0
+
+
+def _stiffness_under(rolling: RollingBearing, component: int, force: float) -> np.ndarray:
+    """(5, 5) stiffness of a bearing that is displaced along x (0) or z (2) until it resists with a force [N].
+
+    The shaft holds its rings parallel and, along x, its axial position: half of the elements then carry.
+    """
+
+    def displaced(share: float):
+        return rolling.displaced([share if i == component else 0.0 for i in range(5)])
+
+    at = scipy.optimize.brentq(lambda x: abs(displaced(x).force[component]) - force, 0.0, FURTHEST, xtol=1e-10)
+    return np.abs(displaced(at).stiffness)
 
 
 def _rolling(reading: Reading, component: Component, seat: float | None) -> RollingBearing:
