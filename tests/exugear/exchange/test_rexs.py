@@ -88,6 +88,7 @@ def test_a_planetary_stage_is_a_set(suffix, tmp_path):
     assert case.load == pytest.approx(1591.55 * 78 / 17)
     assert box.static_forces(case.load) == pytest.approx([1591.55 / 3 / box.stages[0].pair.pinion.r_b] * 6, rel=1e-6)
     assert told(model, "assumed", "tip shortened")
+    assert exugear.plan(box).laws.keys() == set(box.labels)  # the set does not stand at the axial position 0
 
 
 def test_positions_follow_from_the_stages_where_they_are_lost(tmp_path):
