@@ -20,7 +20,6 @@ from exugear.gearbox.planetary_phases import (
     phase_sums,
     planet_angles,
     planetary_phases,
-    ring_phase,
     step_angles,
 )
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft
@@ -179,14 +178,6 @@ class Planetary:
     def stepped(self) -> bool:
         """Whether the planets mesh with the ring by another gear than with the sun."""
         return self.sun_pair.wheel != self.ring_pair.pinion
-
-    def ring_phase(self, direction: int, phase: float) -> float:
-        """Phase of the first planet's mesh with the ring, from that with the sun.
-
-        direction   sense of the external torque on the sun about z, +1 or -1
-        """
-        first = self.step_angle[0], self.teeth[0]
-        return ring_phase(self.sun_pair, self.ring_pair, direction, phase, *first)
 
     @property
     def words(self) -> list[str]:

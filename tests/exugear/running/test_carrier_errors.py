@@ -64,7 +64,7 @@ def test_axes_that_cannot_be_followed_are_refused_in_words():
 
 @pytest.mark.parametrize("planet", [0, 1])
 def test_a_planet_with_thinner_teeth_takes_less_whichever_flanks_drive(planet):
-    """Its pin would have to lie half of the thickness behind: (1 - (N - 1) X) / N with e = thickness / 2."""
+    """As with its pin displaced by half of the thickness with the force on it: (1 - (N - 1) X) / N."""
     thinner = 1 * um
     thin = replace(GEAR, s_n=GEAR.s_n - thinner)
     planets = [thin if n == planet else GEAR for n in range(3)]
