@@ -57,6 +57,7 @@ class Gearbox:
 
     Derived from them, by the name of the shaft or in the order of the stages:
 
+    sets              the `exugear.Planetary` among the stages that were given
     ratios            speed of every shaft over that of the driving shaft, 0 if held; on a carrier that of the planet
                       itself, not that relative to the carrier. Where several speeds are free: in nominal operation
     motions           (n_free, n_shaft) speed of every shaft per speed of each of the `independent` ones
@@ -79,6 +80,7 @@ class Gearbox:
     speeds: Mapping[str, float] | None = field(default=None, kw_only=True)
     driving: Shaft = field(default=DERIVED, kw_only=True)
     driven: Shaft = field(default=DERIVED, kw_only=True)
+    sets: tuple[Planetary, ...] = field(init=False, repr=False)
     ratios: dict[str, float] = field(init=False, repr=False)
     motions: np.ndarray = field(init=False, repr=False)
     directions: dict[str, int] = field(init=False, repr=False)
@@ -96,6 +98,7 @@ class Gearbox:
         require(listed, f"{kinds}; write Gearbox([stage])")
         stages = [stage for member in members for stage in getattr(member, "stages", (member,))]
         object.__setattr__(self, "stages", tuple(stages))
+        object.__setattr__(self, "sets", tuple(member for member in members if isinstance(member, Planetary)))
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
         self._choose_ends()
@@ -276,13 +279,12 @@ class Gearbox:
         """First planets of sets with stepped planets."""
         numbers = {id(stage): number for number, stage in enumerate(self.stages)}
         sets = [member for member in members if isinstance(member, Planetary) and member.stepped]
-        return [
-            SteppedPlanet(
-                *(numbers[id(stage)] for stage in each.stages[:2]),
-                partial(ring_phase, each.sun_pair, each.ring_pair, step_angle=each.step_angle[0], tooth=each.teeth[0]),
-            )
-            for each in sets
-        ]
+        stepped = []
+        for each in sets:
+            sun, ring = (numbers[id(stage)] for stage in each.stages[:2])
+            step = {"step_angle": each.step_angle[0], "tooth": each.teeth[0]}
+            stepped.append(SteppedPlanet(sun, ring, partial(ring_phase, each.sun_pair, each.ring_pair, **step)))
+        return stepped
 
     def _check_names(self) -> None:
         for stage in self.stages:
@@ -485,7 +487,7 @@ def exact_ratios(
     kinds = f"stages must be a list of Stage, Planetary and InnerPlanets, got {text_of(stages)}"
     members = isinstance(stages, list | tuple) and all(isinstance(x, Stage | Planetary | InnerPlanets) for x in stages)
     require(members and bool(stages), kinds)
-    listed: list[Stage] = [stage for member in stages for stage in getattr(member, "stages", (member,))]
+    listed: list[Any] = [stage for member in stages for stage in getattr(member, "stages", (member,))]
     names, holds = [x.name for stage in listed for x in stage.shafts], (held,) if isinstance(held, str) else tuple(held)
     require(driving in names, f"driving must be one of {[*dict.fromkeys(names)]}, got {driving!r}")
     unknown = [name for name in holds if name not in names]

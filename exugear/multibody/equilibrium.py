@@ -8,6 +8,7 @@ from math import isfinite
 import exudyn.itemInterface as eii
 import numpy as np
 
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import radial_points
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
@@ -31,6 +32,7 @@ from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_er
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
 from exugear.planning.plan import UNDAMPED
+from exugear.rolling_bearings.statics import NotCarried
 from fem.support.validation import require
 from fem.units import mm, rpm
 
@@ -40,6 +42,7 @@ NO_EQUILIBRIUM = (
     "no static equilibrium; try another load: a larger one where teeth or bearings hardly touch, "
     "a smaller one or stiffer bearings where these yield far"
 )
+NOT_CARRIED = "turn or pair the bearings so that they press against the load, or load the other flanks"
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
 #: Iterations for the phases of meshes, and their tolerance [m, rad].
@@ -351,7 +354,10 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
         if kind.on_bearings:
             moving, on_centre = slice(spin - kind.spin_index, spin), np.zeros(6)
             on_centre[kind.components[:-1]] = on_coordinates[moving]
-            displacement, radial_forces = static_displacement(shaft, on_centre, kind.components[:-1])
+            try:
+                displacement, radial_forces = static_displacement(shaft, on_centre, kind.components[:-1])
+            except NotCarried as error:
+                raise NoEquilibrium(f"{error}; {NOT_CARRIED}") from None
             _check_tables(shaft, radial_forces)
             q[moving] = displacement[kind.components[:-1]]
     _check_yield(model, forces, q)
@@ -361,7 +367,8 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
 def _check_tables(shaft: Shaft, radial_forces: Mapping[float, float]) -> None:
     """NoEquilibrium where a nonlinear bearing carries more than its table; forces [N] by axial position."""
     for axial, force in radial_forces.items():
-        end = radial_points(shaft.bearings[axial])[1, -1]
+        bearing = shaft.bearings[axial]
+        end = radial_points(bearing)[1, -1] if isinstance(bearing, Bearing) else np.inf
         if not force <= end:
             beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
             raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")

@@ -9,9 +9,10 @@ import exudyn as exu
 import numpy as np
 
 from exugear.contact.recorder import Recorder
-from exugear.gearbox.bearing_law import radial_part
+from exugear.gearbox.bearing_law import radial_part, tangent_stiffness
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
@@ -232,7 +233,8 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     train, box = linear_train(system, speed), system.gearbox
     driving, imposed = ([end_coordinate(system, name) for name in names] for names in (box.independent, held))
     omega, omega_mesh = train.frequency_bounds()
-    resonances = zip(train.mesh_resonances(driving).tolist(), train.mesh_resonances(()).tolist(), strict=True)
+    sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
+    resonances = zip(*(train.mesh_resonances(names, sets).tolist() for names in (driving, ())), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
     plan = BuiltPlan(
         **vars(system.scene),
@@ -313,8 +315,11 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
         first = system.spins[shaft.name] - 5
         for axial, bearing in shaft.bearings.items():
             if not bearing.linear:
-                part = slice(first, first + 6)
-                total[part, part] += radial_part(float(bearing.stiffness[0, 0]), axial - shaft.centre)
+                part, lever = slice(first, first + 6), axial - shaft.centre
+                if isinstance(bearing, RollingBearing):
+                    total[part, part] += bearing.at(lever) - tangent_stiffness(bearing, lever, np.zeros(6))
+                else:
+                    total[part, part] += radial_part(float(bearing.stiffness[0, 0]), lever)
     return total
 
 

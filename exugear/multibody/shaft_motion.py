@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
@@ -147,7 +148,18 @@ class BearingForces:
                 first, last = last, last + len(shaft.bearings)
                 bearing_displacements(shaft, q, moved[first:last])
             data["bearing_displacement"] = over, moved, about
+            data |= _bearing_tilts(motions)
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
+
+
+def _bearing_tilts(motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]]) -> dict[str, Any]:
+    """Tilts of the shafts at all bearings, which the loads on rolling elements need; empty without rolling bearings."""
+    bearings = [(bearing, q) for shaft, q, _ in motions.values() for bearing in shaft.bearings.values()]
+    if not any(isinstance(bearing, RollingBearing) for bearing, _ in bearings):
+        return {}
+    tilts = np.array([q[:, 3:].T if q.shape[1] == 5 else np.zeros((2, len(q))) for _, q in bearings])
+    about = {"units": "rad", "long_name": "tilt of the shaft at the bearing"}
+    return {"bearing_tilt": (("bearing", "tilt", "time"), tilts, about), "tilt": ("tilt", ["x", "y"])}
 
 
 def drag_variables(model: Model) -> dict[str, Any]:

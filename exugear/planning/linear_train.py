@@ -69,10 +69,16 @@ class LinearTrain:
         resolved = strain.sum(axis=0) > STRAIN_SHARE * squares
         return sqrt(squares[-1]), sqrt(squares[resolved][-1])
 
-    def mesh_resonances(self, held: Sequence[int]) -> np.ndarray:
-        """(n_stage,) frequency [Hz] of the mode that strains each mesh most, the meshes at their mean stiffness."""
+    def mesh_resonances(self, held: Sequence[int], sets: Sequence[Sequence[int]] = ()) -> np.ndarray:
+        """(n_stage,) frequency [Hz] of the mode that strains each mesh most, the meshes at their mean stiffness.
+
+        sets   numbers of the stages of each planetary set, all of which get the mode that strains them most together:
+               equal planets have modes of equal strain, of which each mesh alone would name another one
+        """
         squares, strain = self._modes(self.mean, held)
         share = strain / np.maximum(squares, 1.0)
+        for stages in sets:
+            share[list(stages)] = share[list(stages)].sum(axis=0)
         return np.sqrt(squares)[share.argmax(axis=1)] / (2 * pi)
 
     def _modes(self, mesh_stiffness: np.ndarray, held: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:

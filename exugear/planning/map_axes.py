@@ -11,11 +11,13 @@ import numpy as np
 from exugear.contact.reference_configuration import offsets_at, spatial_frame, spatial_row
 from exugear.gearbox.constant_loads import mesh_forces, words_of
 from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing, stage_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.planning.coordinates import Coordinates, pose
+from exugear.rolling_bearings.statics import NotCarried
 from fem.gear.involute import involute
 from fem.ste.map_sides import SIDES_DIFFER
 from fem.support.validation import require
@@ -174,7 +176,15 @@ def _displacements(
     for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
         for shaft, row in zip((stage.fast, stage.slow), np.split(spatial_row(_frame(gearbox, stage)), 2), strict=True):
             push[shaft.name] -= force * row
-    return {s.name: static_displacement(s, push[s.name], shafts[s.name].components[:-1])[0] for s in gearbox.shafts}
+    return {s.name: _displacement(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
+
+
+def _displacement(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
+    """(6,) static displacement of a shaft [m, rad]; inf where its rolling bearings do not carry the load."""
+    try:
+        return static_displacement(shaft, push, free)[0]
+    except NotCarried:
+        return np.full(6, np.inf)
 
 
 def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved: Mapping[str, np.ndarray]) -> str:

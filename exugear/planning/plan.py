@@ -13,6 +13,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
+from exugear.planning.set_words import stages_of_sets, words_of_sets
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
 from fem.units import um
@@ -47,6 +48,8 @@ class Plan:
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
     damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
     mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
+    sets        what is modelled of each planetary set and what is skipped, by the name of its carrier
+    set_stages  labels of the stages on each carrier, by its name
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -59,6 +62,8 @@ class Plan:
     losses: Mapping[str, str] = field(default_factory=dict)
     damping: Mapping[str, str] = field(default_factory=dict)
     mirrored: Mapping[str, str] = field(default_factory=dict)
+    sets: Mapping[str, str] = field(default_factory=dict)
+    set_stages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -78,6 +83,7 @@ class Plan:
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
+        lines += [f"planetary set on {carrier}: {text}" for carrier, text in self.sets.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
         lines += [f"{name}: {text}" for name, text in self.losses.items()]
@@ -134,7 +140,8 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
-    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored)
+    of_sets = {"sets": words_of_sets(gearbox, shafts), "set_stages": stages_of_sets(gearbox)}
+    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, **of_sets)
 
 
 def _undamped(gearbox: Gearbox) -> bool:

@@ -192,7 +192,7 @@ def run_up(
     power           record where the power goes: powers of drive and load, losses, energies, at every step (0.2 kB a
                     step and mesh); the steps are a third of those by the tolerance, so that `Run.energy_balance` closes
     displacement    keep the displacements of the shafts at their bearings, for orbits: bearing_displacement in the
-                    data (24 bytes a sample and bearing)
+                    data (24 bytes a sample and bearing), with rolling bearings also bearing_tilt, for their life
     executor        any `concurrent.futures.Executor` of processes, over which parts of the run are spread. Parts start
                     early from static equilibrium; where a part is not in the state that arrives (to 1e-6 of the rms),
                     it is integrated again from there until it is, so that the run is the serial one. seam_error in the

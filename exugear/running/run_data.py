@@ -253,17 +253,20 @@ def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
 
 
 def scene_attributes(model: Model) -> dict[str, float | str]:
-    """Data of shafts with their parts, of pairs, force laws and frictions, by attribute name."""
+    """Data of shafts with their parts and speeds over that of the driving shaft, of pairs, force laws and frictions."""
     inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
+        inputs[f"{shaft.name}_speed_ratio"] = model.gearbox.ratios[shaft.name]
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
-    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
+    box = model.gearbox
+    for label, stage, phase in zip(box.labels, box.stages, box.phases, strict=True):
         law = stage.force
         numbers = _pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
         numbers |= {"damping_ramp": law.damping_ramp}
         numbers |= {"critical_damping": stage.critical_damping}
-        numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
+        numbers |= {"angle": stage.angle, "phase": phase}
+        numbers |= {"friction": repr(stage.friction.coefficient)} if stage.friction else {}
         numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     if model.gearbox.held:
