@@ -128,23 +128,7 @@ class BuiltSystem:
 
         Of planets on pins also the velocity of their centres in the reference configuration [m].
         """
-        return self.motion_of(self.gearbox.nominal_ratios)
-
-    def motion_of(self, shafts: np.ndarray) -> np.ndarray:
-        """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of shafts (n_shaft,).
-
-        Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
-        """
-        motion, of_shaft = np.zeros(self.mbs.systemData.ODE2Size()), self.of_shaft(shafts)
-        for name, shaft in self.gearbox.ends.items():
-            motion[self.turning[name]] = of_shaft[shaft.name]
-        for pin in self.pins:
-            motion[centre_of(self, pin.planet.name)] = of_shaft[pin.carrier.name] * pin.orbit
-        return motion
-
-    def of_shaft(self, values: np.ndarray) -> dict[str, float]:
-        """Values (n_shaft,) by the names of the shafts."""
-        return dict(zip([shaft.name for shaft in self.gearbox.shafts], values.tolist(), strict=True))
+        return motion_of(self, self.gearbox.nominal_ratios)
 
     @property
     def spin_motions(self) -> dict[str, np.ndarray]:
@@ -179,6 +163,24 @@ class Model(BuiltSystem):
 
     def __repr__(self) -> str:
         return f"Model of {self.gearbox!r}\n{self.plan}"
+
+
+def motion_of(model: BuiltSystem, shafts: np.ndarray) -> np.ndarray:
+    """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of the shafts (n_shaft,).
+
+    Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
+    """
+    motion, by_name = np.zeros(model.mbs.systemData.ODE2Size()), by_shaft(model, shafts)
+    for name, shaft in model.gearbox.ends.items():
+        motion[model.turning[name]] = by_name[shaft.name]
+    for pin in model.pins:
+        motion[centre_of(model, pin.planet.name)] = by_name[pin.carrier.name] * pin.orbit
+    return motion
+
+
+def by_shaft(model: BuiltSystem, values: np.ndarray) -> dict[str, float]:
+    """Values (n_shaft,) by the names of the shafts."""
+    return dict(zip([shaft.name for shaft in model.gearbox.shafts], values.tolist(), strict=True))
 
 
 def centre_of(model: BuiltSystem, name: str) -> slice:

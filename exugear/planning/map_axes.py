@@ -80,13 +80,8 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
 
 
 def displacement_in_housing(gearbox: Gearbox, stage: Stage) -> float:
-    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance.
-
-    Planets on elastic pins move in the plane anyway: 0.
-    """
-    on_pins = stage.carrier is None or stage.carrier.name in gearbox.carriers_of_pins
-    fixed = displacements_in_housing(stage, gearbox.shaft_positions)
-    return 0.0 if on_pins else float(np.hypot(*fixed.T).max())
+    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance."""
+    return float(np.hypot(*displacements_in_housing(stage, gearbox.shaft_positions).T).max())
 
 
 def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordinates]) -> str:

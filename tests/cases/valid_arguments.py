@@ -9,6 +9,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 import xarray as xr
+from coupled_sets import ravigneaux
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
@@ -142,7 +143,7 @@ def instances() -> dict[str, Any]:
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
         planetary(), exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
-        exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
+        ravigneaux()[1], exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
@@ -231,7 +232,8 @@ def by_name() -> dict[str, Any]:
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
         "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
-
+        "step_angle": 0.0, "tooth": None, "exact_ratios.stages": [planetary()], "exact_ratios.driving": "sun",
+        "exact_ratios.held": "ring",
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
