@@ -123,6 +123,9 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
     why |= {name: f"{why[name]}; held: its spin stays 0, and it takes the reaction" for name in gearbox.held}
+    if gearbox.speeds:
+        free = f"one of {len(gearbox.independent)} speeds that the meshes leave free"
+        why |= {name: f"{why[name]}; {free}" for name in gearbox.independent}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
     chosen = load is not None or loads is not None
@@ -130,7 +133,8 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     advice = missing_axes(gearbox, shafts, torques)
     idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
     open_teeth = [under if label in idle else "" for label in gearbox.labels]
-    texts = zip((reason for _, reason in reduced), advice, open_teeth, strict=True)
+    gaps = [f"driving flanks {gap / um:.4g} um apart, by the thickness of teeth" if gap else "" for gap in gearbox.gaps]
+    texts = zip((reason for _, reason in reduced), gaps, advice, open_teeth, strict=True)
     reasons = ("; ".join(filter(None, parts)) for parts in texts)
     axes = dict(zip(gearbox.labels, reasons, strict=True))
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
@@ -181,6 +185,9 @@ def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     stages = [stage for stage in gearbox.stages if shaft in stage.shafts]
     if shaft.name in gearbox.planets:
         return _coordinates_of_planet(shaft, stages)
+    tilted = any(stage.carrier for stage in stages) and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
+    fixed = f"shaft {shaft.name!r} is tilted, seen from planets that turn about it, which is not built yet"
+    require(not tilted, f"{fixed}; displace it by Placement(x=..., y=...) alone")
     if not shaft.bearings:
         return Coordinates.SPIN, "no bearings given: ideal ones"
     on_carriers = [stage for stage in stages if stage.carrier]

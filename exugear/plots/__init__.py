@@ -4,7 +4,7 @@ from exugear.plots.branch_plots import plot_branches
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
-from exugear.plots.map_plots import plot_load_sharing, plot_ste, plot_stiffness, plot_te_harmonics
+from exugear.plots.map_plots import plot_load_sharing, plot_ring_stiffness, plot_ste, plot_stiffness, plot_te_harmonics
 from exugear.plots.mesh_plots import plot_section, plot_solid
 from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import (
@@ -57,6 +57,7 @@ __all__ = [
     "plot_planet_shares",
     "plot_power",
     "plot_pressure",
+    "plot_ring_stiffness",
     "plot_root_stress",
     "plot_run_up",
     "plot_section",

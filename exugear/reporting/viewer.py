@@ -171,7 +171,7 @@ def picture(
 
 def hide(model: Model) -> None:
     """Hide Exudyn's symbols of drive and contacts."""
-    for item in (model.drive, *(mesh.contact for mesh in model.meshes)):
+    for item in (*model.drives, *(mesh.contact for mesh in model.meshes)):
         model.mbs.SetObjectParameter(item, "Vshow", False)
 
 

@@ -23,6 +23,7 @@ from exugear.multibody.shaft_motion import (
     BearingForces,
     drag_variables,
     driving_speed,
+    mesh_frequencies,
     rows,
     speed_variables,
     torque_variables,
@@ -170,7 +171,7 @@ def labelled(
     forces    of the bearings
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
-    data = _over_time(model, time, driving_speed(model, conditions, time))
+    data = _over_time(model, conditions, time)
     data = data.assign(forces.variables(time.size, conditions.displacement))
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
@@ -187,9 +188,10 @@ def labelled(
     return data.assign_attrs({**conditions.attributes(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
 
 
-def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
+def _over_time(model: Model, conditions: Conditions, time: np.ndarray) -> xr.Dataset:
     """The variables over time."""
-    over, frequency = ("stage", "time"), np.outer(model.mesh_cycles, np.abs(speed))
+    over, speed = ("stage", "time"), driving_speed(model, conditions, time)
+    frequency = mesh_frequencies(model, conditions, time)
     data = xr.Dataset(
         {
             "speed": ("time", speed, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
@@ -267,6 +269,8 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         numbers |= {"friction": repr(stage.friction.coefficient)} if stage.friction else {}
         numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    if len(box.independent) > 1:
+        inputs["independent_speeds"] = ", ".join(box.independent)
     if model.gearbox.held:
         inputs["held"] = ", ".join(model.gearbox.held)
     return inputs
