@@ -140,8 +140,8 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
-    of_sets = {"sets": words_of_sets(gearbox, shafts), "set_stages": stages_of_sets(gearbox)}
-    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, **of_sets)
+    of_meshes = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored
+    return Plan(shafts, why, laws, axes, *of_meshes, words_of_sets(gearbox, shafts), stages_of_sets(gearbox))
 
 
 def _undamped(gearbox: Gearbox) -> bool:

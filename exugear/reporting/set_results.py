@@ -151,15 +151,19 @@ def _sums(of_set: SetData) -> Table:
 
 
 def _side_bands(data: xr.Dataset, of_set: SetData) -> xr.Dataset | None:
-    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few."""
+    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few.
+
+    None also of stepped planets, whose phases at the ring depend on how their teeth are put in.
+    """
     speed = data["speed"].values
-    if np.ptp(speed) > CONSTANT * np.abs(speed).max() or speed.size < 2:
+    stepped = of_set.z[1] != of_set.z[2]
+    if stepped or speed.size < 2 or np.ptp(speed) > CONSTANT * np.abs(speed).max():
         return None
     heard = force_seen_from_ring(data, ring=of_set.ring, reach=pi / len(of_set.planets))
     if np.ptp(heard["angle"].values) < TURNS * 2 * pi:
         return None
-    z = of_set.z[0], of_set.z[2], of_set.z[3]
     settled = heard.isel(time=slice(int(np.searchsorted(heard["angle"].values, 0.2 * pi)), None))
+    z = of_set.z[0], of_set.z[1], of_set.z[3]
     return lines_of(settled, z, of_set.angles, (HARMONICS, len(of_set.planets) + BESIDE, ()))
 
 
