@@ -17,8 +17,8 @@ from exugear.signals.signal import signal as signal_of
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 
-#: Relative difference of mesh orders that is rounding.
-ROUNDING = 1e-6
+#: Relative difference of mesh orders of the same turns: recorded speeds vibrate.
+SAME_TURNS = 1e-3
 #: Least ratio to the largest amplitude, so that the level of 0 is -200 dB.
 FLOOR = 1e-10
 
@@ -67,7 +67,7 @@ def side_bands(
         order, wanted = float(signal["mesh_order"]), abs(ring)
         counted = f"signal must count turns of the carrier against the ring, {wanted} mesh cycles each, got {order:g}"
         remedy = f"turns_of={planetary.carrier.name!r}, relative_to={planetary.ring.name!r}"
-        require(abs(order - wanted) < ROUNDING * wanted, f"{counted}; pass exugear.signal(run, ..., {remedy})")
+        require(abs(order - wanted) < SAME_TURNS * wanted, f"{counted}; pass exugear.signal(run, ..., {remedy})")
     z, angles = (planetary.sun_pair.pinion.z, planetary.sun_pair.wheel.z, ring), np.asarray(planetary.angles)
     return lines_of(signal, z, angles, (harmonics, carrier_orders, members), revolutions=revolutions, overlap=overlap)
 

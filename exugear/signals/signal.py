@@ -145,7 +145,10 @@ def mesh_order(data: xr.Dataset, reference: np.ndarray | None = None) -> float:
 
     reference   (n,) speed of another shaft [rad/s] whose revolutions count instead
     """
-    speed = float(np.abs(data["speed"].values if reference is None else reference).max())
+    if reference is not None:  # the mean, as a recorded speed vibrates
+        turned = float(np.abs(reference).mean())
+        return round(2 * np.pi * float(data["mesh_frequency"].mean()) / turned, 9) if turned > 0 else np.nan
+    speed = float(np.abs(data["speed"]).max())
     cycles = 2 * np.pi * float(data["mesh_frequency"].max()) / speed if speed > 0 else np.nan
     return round(cycles, 9)
 
