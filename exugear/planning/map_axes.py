@@ -3,7 +3,7 @@
 Where a map lacks such an axis, the plan estimates how far the gears move under a load, and advises the offsets to map.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import acos, ceil, floor, isfinite, log10
 
 import numpy as np
@@ -172,14 +172,22 @@ def _displacements(
     gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
 ) -> dict[str, np.ndarray]:
     """(6,) static displacement of each shaft on its bearings [m, rad]."""
+    push = push_on_shafts(gearbox, shafts, loads)
+    return {s.name: static_displacement_or_inf(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
+
+
+def push_on_shafts(
+    gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
+) -> dict[str, np.ndarray]:
+    """(6,) forces and moments [N, N m] of the meshes on the centre of mass of each shaft."""
     push = {name: np.zeros(6) for name in shafts}
     for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
         for shaft, row in zip((stage.fast, stage.slow), np.split(spatial_row(_frame(gearbox, stage)), 2), strict=True):
             push[shaft.name] -= force * row
-    return {s.name: _displacement(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
+    return push
 
 
-def _displacement(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
+def static_displacement_or_inf(shaft: Shaft, push: np.ndarray, free: Sequence[int]) -> np.ndarray:
     """(6,) static displacement of a shaft [m, rad]; inf where its rolling bearings do not carry the load."""
     try:
         return static_displacement(shaft, push, free)[0]
