@@ -246,6 +246,7 @@ class RollingBearing:
         for name, capacity in (("C", C), ("C_0", C_0)):
             size = f"{name} must lie in (0.5, 500) N/mm^2 of D B, got {capacity:g} N; pass newtons: 23.4 kN are 23.4e3"
             require(0.5 < capacity / (D * B / mm**2) < 500, size)
+        _check_clearance(clearance)
         angular = kind in ("angular contact", "tapered roller")
         require(angular == (alpha != 0), f"alpha must be given for bearings with a contact angle only, got {alpha:g}")
         sizes = Sizes(d, D, B, C, C_0, alpha)
