@@ -26,6 +26,8 @@ ELEMENTS = 3, 500
 #: Arrangements of pairs: directions of the row with the smaller and with the larger axial position.
 ARRANGEMENTS = {"O": (1, -1), "X": (-1, 1), "tandem": (1, 1)}
 COORDINATES = 5
+#: Laminae of a roller unless others are given.
+LAMINAE = 30
 
 
 @checked
@@ -142,7 +144,7 @@ class RollingBearing:
         D_pw: float,
         L_we: float,
         clearance: float = 0.0,
-        laminae: int = 30,
+        laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
         drag: Drag | BearingDrag | None = None,
@@ -172,7 +174,7 @@ class RollingBearing:
         D_pw: float,
         L_we: float,
         clearance: float = 0.0,
-        laminae: int = 30,
+        laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
         drag: Drag | BearingDrag | None = None,
@@ -192,7 +194,7 @@ class RollingBearing:
         L_we: float,
         alpha: float,
         direction: int = 1,
-        laminae: int = 30,
+        laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
         drag: Drag | BearingDrag | None = None,
@@ -249,6 +251,8 @@ class RollingBearing:
         _check_clearance(clearance)
         angular = kind in ("angular contact", "tapered roller")
         require(angular == (alpha != 0), f"alpha must be given for bearings with a contact angle only, got {alpha:g}")
+        if angular:
+            _check_angle(alpha, direction)
         sizes = Sizes(d, D, B, C, C_0, alpha)
         diameter = pitch_diameter(sizes)
 
@@ -257,10 +261,10 @@ class RollingBearing:
                 return cls.deep_groove(Z=Z, D_w=D_w, D_pw=diameter, clearance=clearance).rows[0]
             if kind == "angular contact":
                 return cls.angular_contact(Z=Z, D_w=D_w, D_pw=diameter, alpha=alpha, direction=direction).rows[0]
-            rollers = {"Z": Z, "D_w": D_w, "D_pw": diameter, "L_we": max(length, 0.1 * D_w)}
+            length = max(length, 0.1 * D_w)
             if kind == "cylindrical roller":
-                return cls.cylindrical_roller(**rollers, clearance=clearance).rows[0]
-            return cls.tapered_roller(**rollers, alpha=alpha, direction=direction).rows[0]
+                return cls.cylindrical_roller(Z=Z, D_w=D_w, D_pw=diameter, L_we=length, clearance=clearance).rows[0]
+            return _roller_row(Z, D_w, diameter, length, LAMINAE, alpha, direction, TAPERED_DROP, 0.0)
 
         row, others = estimated_row(kind, sizes, row_of)
         text = described(row, others, sizes)
@@ -418,7 +422,9 @@ class LoadedBearing:
     def linear(self) -> Bearing:
         """The linear `Bearing` with this tangent stiffness, for runs in which the load hardly changes it."""
         bearing = self.bearing
-        return Bearing(matrix=np.pad(self.stiffness, (0, 1)), damping_time=bearing.damping_time, drag=bearing.drag)
+        return Bearing(
+            matrix=np.pad(self.stiffness, (0, 1)).tolist(), damping_time=bearing.damping_time, drag=bearing.drag
+        )
 
     @property
     def loads(self) -> list[np.ndarray]:
