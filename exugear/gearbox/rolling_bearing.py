@@ -1,7 +1,7 @@
 """Rolling bearings as data: rows of balls or rollers from their inner geometry, and the states they take under load."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import cos, inf, pi, sin
 
@@ -15,7 +15,6 @@ from exugear.rolling_bearings.life import dynamic_capacity, reference_life
 from exugear.rolling_bearings.rows import SHORT_DROP, TAPERED_DROP, BallRow, RollerRow, Row
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
 from fem.support.arguments import Finite, Numbers, checked
-from fem.support.representation import short
 from fem.support.validation import require, require_finite
 from fem.units import deg, mm, um
 
@@ -31,8 +30,7 @@ LAMINAE = 30
 
 
 @checked
-@short(damping_time="s", C="N")
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RollingBearing:
     """A rolling bearing from its inner geometry, at an axial position of a shaft, whose inner ring turns with it.
 
@@ -63,6 +61,16 @@ class RollingBearing:
         require(0 < self.C < inf, f"C must be > 0 N and finite, got {self.C}; pass newtons: 23.4 kN are 23.4e3")
         ratio = f"damping_time must lie in [0, 0.1) s, got {self.damping_time}; pass damping / stiffness"
         require(0 <= self.damping_time < 0.1, ratio)
+
+    def __getstate__(self) -> dict:
+        """The fields alone: compiled laws hold addresses, which another process must not read."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
+
+    def __repr__(self) -> str:
+        parts = [f"kind={self.kind!r}", *map(_described, self.rows), f"C={self.C:g} N"]
+        parts += [f"damping_time={self.damping_time:g} s"] * (self.damping_time > 0)
+        parts += [f"drag={self.drag!r}"] * (self.drag is not None) + ["geometry estimated"] * bool(self.estimate)
+        return f"RollingBearing({', '.join(parts)})"
 
     @classmethod
     @checked
@@ -462,6 +470,19 @@ def _five(name: str, values: Sequence[float], unit: str) -> np.ndarray:
     require(array.shape == (COORDINATES,), f"{name} must be (5,) over x, y, z and about x, y {unit}, got {array.shape}")
     require_finite(name, array)
     return array
+
+
+def _described(row: Row) -> str:
+    """Geometry of a row in words, in the units of drawings."""
+    parts = [f"Z={row.Z}", f"D_w={row.D_w / mm:.6g} mm", f"D_pw={row.D_pw / mm:.6g} mm"]
+    parts += [f"alpha={row.alpha / deg:.6g} deg", f"direction={row.direction}"] * (row.alpha > 0)
+    if isinstance(row, BallRow):
+        parts += [f"r_i={row.r_i / mm:.6g} mm", f"r_e={row.r_e / mm:.6g} mm", f"X_0={row.X_0 / um:.6g} um"]
+        parts += [f"R_0={row.R_0 / um:.6g} um"]
+    elif isinstance(row, RollerRow):
+        parts += [f"L_we={row.L_we / mm:.6g} mm", f"gap={row.gap / um:.6g} um", f"laminae={row.laminae}"]
+    parts += [f"axial={row.axial / mm:.6g} mm"] * (row.axial != 0)
+    return f"row({', '.join(parts)})"
 
 
 def _radial_play(row: Row) -> float:
