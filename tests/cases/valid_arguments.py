@@ -158,6 +158,7 @@ def by_name() -> dict[str, Any]:
     made["Run"].save(folder / "run.nc")
     linear_law().save(folder / "law.nc")
     (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
+    (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
     quantity = ("z", 57.0, "1", "number of teeth")
@@ -223,7 +224,8 @@ def by_name() -> dict[str, Any]:
         "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "MeshForce.load.path": folder / "law.nc", "ste_from_table.path": folder / "te.csv",
-        "Grid.from_table.path": folder / "flank.csv",
+        "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
+        "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
@@ -237,7 +239,8 @@ def by_name() -> dict[str, Any]:
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
-        "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(), "shares": None,
+        "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(),
+        "bearing_life.shares": None,
         "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
         "from_catalogue.kind": "angular contact", "from_catalogue.d": 25 * mm, "D": 52 * mm, "B": 15 * mm, "C_0": 1e4,
         "from_catalogue.C": 15.6e3, "from_catalogue.alpha": 0.7, "from_catalogue.clearance": 0.0,
