@@ -29,6 +29,7 @@ from exugear.gearbox.gear_train import Path, Traversal, fitting_angles, fitting_
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
 from exugear.gearbox.tooth_numbers import mounted, phase_of_law
+from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.pair.placement import meshing_angles
 from fem.support.validation import require
@@ -213,9 +214,9 @@ def _thicker(stages: Sequence[Stage], number: int) -> float:
 
 def _half_thicknesses(stage: Stage) -> float:
     """Half tooth thicknesses of pinion and wheel on their working circles [pitches]; of a ring 0."""
-    gears = [gear for gear in (stage.pair.pinion, stage.pair.wheel) if gear.z > 0]
+    gears = [gear for gear in (stage.pair.pinion, stage.pair.wheel) if isinstance(gear, Gear) and gear.z > 0]
     radii = [gear.r_b / cos(stage.pair.alpha_wt) for gear in gears]
-    return sum(gear.z * gear.thickness(r) / (4 * pi * r) for gear, r in zip(gears, radii, strict=True))
+    return sum([gear.z * gear.thickness(r) / (4 * pi * r) for gear, r in zip(gears, radii, strict=True)])
 
 
 def _assembling_angles(

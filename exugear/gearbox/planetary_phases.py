@@ -64,7 +64,7 @@ def planetary_phases(
     direction: int = 1,
     phase: float = 0.0,
     step_angle: Numbers | float = 0.0,
-    tooth: Any = None,
+    tooth: Numbers | None = None,
     pitches: Annotated[Any, check_pitches] = 1,
 ) -> PlanetaryPhases:
     """Phases of all meshes of a planetary set, for `mbs.CreateGearContact(..., phase=, direction=)`.
@@ -179,9 +179,10 @@ def fitting_teeth(
         return np.abs(shares - np.round(shares))
 
     if tooth is not None:
-        given = [int(k) for k in np.ravel(tooth)]
-        whole = np.shape(tooth) == angles.shape and bool(np.all(np.equal(np.mod(tooth, 1), 0)))
+        teeth = numbers("tooth", tooth)
+        whole = teeth.shape == angles.shape and bool((teeth % 1 == 0).all())
         require(whole, f"tooth must hold a whole number for each of {angles.size} planets, got {text_of(tooth)}")
+        given = [int(k) for k in teeth]
     first = given[0] if tooth is not None else 0
     by_planet = [misses(n, np.arange(z_1), first) for n in range(angles.size)]
     fitting = [first, *(int(np.argmax(miss <= FITS)) for miss in by_planet[1:])]

@@ -3,7 +3,7 @@
 Where a map lacks such an axis, the plan estimates how far the gears move under a load, and advises the offsets to map.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import acos, ceil, floor, isfinite, log10
 
 import numpy as np
@@ -80,13 +80,8 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
 
 
 def displacement_in_housing(gearbox: Gearbox, stage: Stage) -> float:
-    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance.
-
-    Planets on elastic pins move in the plane anyway: 0.
-    """
-    on_pins = stage.carrier is None or stage.carrier.name in gearbox.carriers_of_pins
-    fixed = displacements_in_housing(stage, gearbox.shaft_positions)
-    return 0.0 if on_pins else float(np.hypot(*fixed.T).max())
+    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance."""
+    return float(np.hypot(*displacements_in_housing(stage, gearbox.shaft_positions).T).max())
 
 
 def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordinates]) -> str:
@@ -173,14 +168,22 @@ def _displacements(
     gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
 ) -> dict[str, np.ndarray]:
     """(6,) static displacement of each shaft on its bearings [m, rad]."""
+    push = push_on_shafts(gearbox, shafts, loads)
+    return {s.name: static_displacement_or_inf(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
+
+
+def push_on_shafts(
+    gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
+) -> dict[str, np.ndarray]:
+    """(6,) forces and moments [N, N m] of the meshes on the centre of mass of each shaft."""
     push = {name: np.zeros(6) for name in shafts}
     for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
         for shaft, row in zip((stage.fast, stage.slow), np.split(spatial_row(_frame(gearbox, stage)), 2), strict=True):
             push[shaft.name] -= force * row
-    return {s.name: _displacement(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
+    return push
 
 
-def _displacement(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
+def static_displacement_or_inf(shaft: Shaft, push: np.ndarray, free: Sequence[int]) -> np.ndarray:
     """(6,) static displacement of a shaft [m, rad]; inf where its rolling bearings do not carry the load."""
     try:
         return static_displacement(shaft, push, free)[0]

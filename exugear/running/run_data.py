@@ -270,6 +270,8 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         numbers |= {"friction": repr(stage.friction.coefficient)} if stage.friction else {}
         numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    if len(box.independent) > 1:
+        inputs["independent_speeds"] = ", ".join(box.independent)
     if model.gearbox.held:
         inputs["held"] = ", ".join(model.gearbox.held)
     return inputs
