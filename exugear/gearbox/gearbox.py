@@ -103,13 +103,18 @@ class Gearbox:
 
     @property
     def planets_on_pins(self) -> tuple[str, ...]:
-        """Names of the planets on elastic pins, which move in the plane."""
+        """Names of the planets on elastic pins, which move in the plane or in space."""
         return tuple(shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.bearings)
 
     @property
     def carriers_of_pins(self) -> set[str]:
         """Names of the carriers of such planets."""
         return {self.planets[name].name for name in self.planets_on_pins}
+
+    def planets_on_pins_of(self, carrier: Shaft) -> list[Shaft]:
+        """The planets on elastic pins of a carrier; none of a shaft that is no carrier."""
+        names = [name for name in self.planets_on_pins if self.planets[name].name == carrier.name]
+        return [shaft for shaft in self.shafts if shaft.name in names]
 
     def _orbit(self, shaft: Shaft, carrier: Shaft) -> float:
         """Distance [m] of a shaft from the axis of a carrier."""

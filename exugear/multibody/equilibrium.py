@@ -13,9 +13,10 @@ from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
+from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
 from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model, centre_of, end_coordinate, held_by_joints, matrices_without_meshes
+from exugear.multibody.model import Mesh, Model, end_coordinate, held_by_joints, matrices_without_meshes, moving_of
 from exugear.multibody.planet_pins import Pin
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
@@ -60,7 +61,6 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     """
     speed, acceleration = conditions.initial_speed, conditions.initial_acceleration
     system = model.mbs.systemData
-    ratios = model.speed_ratios
     considered = acceleration if _inertia_matters(model, acceleration) else 0.0
     try:
         q = _loaded_coordinates(model, conditions, considered)
@@ -69,30 +69,17 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        torques = _torques_at_start(model, conditions, considered * ratios)
         if model.gearbox.planets:
-            q = _shared_among_planets(model, q, conditions, torques)
+            torques = _torques_at_start(model, conditions, considered * model.speed_ratios)
+            q = turned_with_carriers(model, _shared_among_planets(model, q, conditions, torques))
+        torques = _torques_at_start(model, conditions, considered * rigid_motion(model, q))
         with _softened_by_rotation(model, speed):
             q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speed))
+    motion = rigid_motion(model, q)
     system.SetODE2Coordinates(q, INITIAL)
-    system.SetODE2Coordinates_t(speed * ratios + speed * _turned(model, q), INITIAL)
-    centripetal = -(speed**2) * _turned(model, ratios + _turned(model, q))
-    system.SetODE2Coordinates_tt(acceleration * ratios + centripetal, INITIAL)
-
-
-def _turned(model: Model, displacements: np.ndarray) -> np.ndarray:
-    """(n_coordinates,) velocities per speed of the driving shaft of displacements that turn with the carrier.
-
-    They are those of the members of sets whose planets move in the plane, 0 for all other coordinates.
-    """
-    velocities, box = np.zeros(displacements.size), model.gearbox
-    for stage in box.stages:
-        if stage.carrier and stage.carrier.name in box.carriers_of_pins:
-            for shaft in stage.shafts:
-                if model.scene.shafts[shaft.name].on_bearings:
-                    x, y = displacements[centre_of(model, shaft.name)]
-                    velocities[centre_of(model, shaft.name)] = box.ratios[stage.carrier.name] * np.array([-y, x])
-    return velocities
+    system.SetODE2Coordinates_t(speed * motion, INITIAL)
+    centripetal = speed**2 * velocities_by_turning(model, motion)
+    system.SetODE2Coordinates_tt(acceleration * motion + centripetal, INITIAL)
 
 
 def _inertia_matters(model: Model, acceleration: float) -> bool:
@@ -234,7 +221,7 @@ def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
 def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
     """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
 
-    Also the inertia forces [N] of planets on pins, by the indices of their centres.
+    Also the inertia forces [N] and moments [N m] of planets on pins, by the indices of their coordinates.
 
     A static solve, without velocities, leaves them out.
     """
@@ -246,37 +233,51 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
     for pin in model.pins:
-        centre = centre_of(model, pin.planet.name)
-        torques |= dict(enumerate(-pin.planet.mass * accelerations[centre], start=centre.start))
+        moving, planet = moving_of(model, pin.planet.name), pin.planet
+        masses = np.array([planet.mass] * 3 + [planet.transverse] * 2)[: pin.recorder.components]
+        torques |= dict(enumerate(-masses * accelerations[moving], start=moving.start))
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 
 def _with_centrifugal_forces(model: Model, torques: Mapping[int, float], speed: float) -> dict[int, float]:
-    """Torques with the centrifugal forces m W^2 rho [N] of planets on pins at a speed of the driving shaft [rad/s]."""
+    """Torques with the centrifugal forces [N] of planets on pins at a speed of the driving shaft [rad/s].
+
+    Also their gyroscopic moments [N m] where their pins are tilted (`_stiffness_by_rotation`).
+    """
     total = dict(torques)
     for pin in model.pins:
-        force = _softening(model, pin, speed) * np.asarray(pin.position[:2])
-        for index, value in enumerate(force.tolist(), start=centre_of(model, pin.planet.name).start):
+        forces = -_stiffness_by_rotation(model, pin, speed) * pin.arm
+        for index, value in enumerate(forces.tolist(), start=moving_of(model, pin.planet.name).start):
             total[index] = total.get(index, 0.0) + value
     return total
 
 
-def _softening(model: Model, pin: Pin, speed: float) -> float:
-    """Centrifugal stiffness m W^2 [N/m] of a planet on a pin at a speed of the driving shaft [rad/s]."""
-    omega = speed * model.gearbox.ratios[pin.carrier.name]
-    softening = pin.planet.mass * omega**2
-    fast = f"planet {pin.planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
-    require(softening < 0.5 * float(pin.bearing.stiffness[0, 0]), f"{fast}; take a stiffer pin, or a lower speed")
-    return softening
+def _stiffness_by_rotation(model: Model, pin: Pin, speed: float) -> np.ndarray:
+    """(2 or 5,) stiffness of a planet's displacements [N/m] and tilts [N m/rad] that turn with the carrier.
+
+    At the speed W of the carrier and w of the planet: -m W^2 by centrifugal forces, W (J w - J_t W) by gyroscopic
+    moments.
+
+    speed   of the driving shaft [rad/s]
+    """
+    planet, ratios = pin.planet, model.gearbox.ratios
+    omega, spin = speed * ratios[pin.carrier.name], speed * ratios[planet.name]
+    softening, gyroscopic = planet.mass * omega**2, omega * (planet.inertia * spin - planet.transverse * omega)
+    fast = f"planet {planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
+    held = softening < 0.5 * float(pin.stiffness[0, 0]) and (
+        pin.recorder.components == 2 or -gyroscopic < 0.5 * float(pin.stiffness[3, 3])
+    )
+    require(held, f"{fast}; take a stiffer pin, or a lower speed")
+    return np.array([-softening, -softening, 0.0, gyroscopic, gyroscopic])[: pin.recorder.components]
 
 
 @contextmanager
 def _softened_by_rotation(model: Model, speed: float) -> Iterator[None]:
-    """Give planets on pins the stiffness -m W^2 of their displacements at a speed of the driving shaft [rad/s]."""
+    """Give planets on pins the stiffness of `_stiffness_by_rotation` at a speed of the driving shaft [rad/s]."""
     mbs, objects = model.mbs, []
     for pin in model.pins if speed else ():
-        softening, node = _softening(model, pin, speed), node_of(mbs, model.bodies[pin.planet.name])
-        matrix = np.diag([-softening, -softening, 0.0])
+        matrix = np.diag([*_stiffness_by_rotation(model, pin, speed), 0.0])
+        node = node_of(mbs, model.bodies[pin.planet.name])
         objects.append(mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix)))
     try:
         if objects:

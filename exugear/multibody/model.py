@@ -125,7 +125,7 @@ class BuiltSystem:
         for name, shaft in self.gearbox.ends.items():
             ratios[self.turning[name]] = self.gearbox.ratios[shaft.name]
         for pin in self.pins:
-            ratios[centre_of(self, pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
+            ratios[moving_of(self, pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
         return ratios
 
     @property
@@ -135,7 +135,7 @@ class BuiltSystem:
         for name, spin in self.spins.items():
             motions[name][spin] = 1.0
         for pin in self.pins:
-            motions[pin.carrier.name][centre_of(self, pin.planet.name)] = pin.orbit
+            motions[pin.carrier.name][moving_of(self, pin.planet.name)] = pin.orbit
         return motions
 
     @property
@@ -165,9 +165,10 @@ class Model(BuiltSystem):
         return f"Model of {self.gearbox!r}\n{self.plan}"
 
 
-def centre_of(model: BuiltSystem, name: str) -> slice:
-    """Indices of x and y of a body that moves in the plane, by the name of its shaft."""
-    return slice(model.spins[name] - 2, model.spins[name])
+def moving_of(model: BuiltSystem, name: str) -> slice:
+    """Indices of the displacements and tilts of a body, all but its spin, by the name of its shaft."""
+    spin = model.spins[name]
+    return slice(spin - model.scene.shafts[name].spin_index, spin)
 
 
 def require_model(model) -> None:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import exudyn as exu
 import numpy as np
 
+from exugear.multibody.carrier_turns import rigid_motion
 from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
 from exugear.multibody.drive_and_load import is_known_function_of_time
 from exugear.multibody.equilibrium import explained
@@ -192,8 +193,8 @@ class Solver:
             q[spin], rates[spin] = imposed, direction * speed_of(t)
             system.SetODE2Coordinates_t(rates, INITIAL)
         else:
-            ratios = model.speed_ratios
-            q += (imposed - q[spin]) * ratios / ratios[spin]
+            motion = rigid_motion(model, q)
+            q += (imposed - q[spin]) * motion / motion[spin]
         system.SetODE2Coordinates(q, INITIAL)
 
     def solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:

@@ -12,6 +12,7 @@ from uuid import UUID, uuid4
 import numpy as np
 
 from exugear.multibody.assembly import build
+from exugear.multibody.carrier_turns import rigid_coordinates, rigid_motion
 from exugear.multibody.drive_and_load import ShaftTorques, applied, set_holding_forces
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL, quiet, set_state_of_system
@@ -231,9 +232,10 @@ def seam_error(solver: Solver, step: int, state: RunState, expected: Mapping[int
 
 def _vibration(solver: Solver, step: int, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) coordinates and velocities of a state less those of the train as a rigid body."""
-    ratios, conditions, t = solver.model.speed_ratios, solver.conditions, step * solver.scheme.steps.size
-    coordinates = state.system.coordinates - ratios * conditions.driving_angle(t)
-    return np.concatenate([coordinates, state.system.velocities - ratios * conditions.driving_speed(t)])
+    model, conditions, t = solver.model, solver.conditions, step * solver.scheme.steps.size
+    rigid = rigid_coordinates(model, conditions.driving_angle(t))
+    velocities = state.system.velocities - rigid_motion(model, rigid) * conditions.driving_speed(t)
+    return np.concatenate([state.system.coordinates - rigid, velocities])
 
 
 def _rounding(model: Model, state: RunState) -> np.ndarray:
@@ -248,8 +250,6 @@ def _rounding(model: Model, state: RunState) -> np.ndarray:
 def check_parts(model: Model, conditions: Conditions) -> None:
     """ValueError unless the speed at later times is known, and other processes can build the system."""
     free = "executor: the speed of a free train is known only once it has run"
-    orbits = "executor: a set whose planets move in the plane starts from an equilibrium at angle 0 alone"
-    require(not model.pins, f"{orbits}; leave executor out, or leave pin= out")
     require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
     sensors = model.mbs.systemData.NumberOfSensors()
