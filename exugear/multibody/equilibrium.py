@@ -1,7 +1,7 @@
 """Static equilibrium of a built gearbox under its load, from which a run starts."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import isfinite
 
@@ -33,6 +33,8 @@ NO_EQUILIBRIUM = (
 )
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
+#: Angular frequency of a planet that carries nothing on the spring that makes static solves regular [rad/s].
+WEAK_OMEGA = 1.0
 #: Iterations for the phases of meshes, and their tolerance [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
@@ -69,11 +71,14 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
+        unloaded = []
         if model.gearbox.planets:
             torques = _torques_at_start(model, conditions, considered * model.speed_ratios)
-            q = turned_with_carriers(model, _shared_among_planets(model, q, conditions, torques))
+            q, unloaded = _shared_among_planets(model, q, conditions, torques)
+            q = turned_with_carriers(model, q)
         torques = _torques_at_start(model, conditions, considered * rigid_motion(model, q))
-        with _softened_by_rotation(model, speed):
+        torques = {i: x for i, x in torques.items() if i not in [model.spins[name] for name in unloaded]}
+        with _softened_by_rotation(model, speed), _held_between_teeth(model, q, unloaded):
             q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speed))
     motion = rigid_motion(model, q)
     system.SetODE2Coordinates(q, INITIAL)
@@ -122,12 +127,13 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
 
 def _shared_among_planets(
     model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]
-) -> np.ndarray:
+) -> tuple[np.ndarray, list[str]]:
     """Coordinates in linear equilibrium near q: displaced pins shift load, which equal mesh forces leave out.
 
     torques   inertia torques and drags [N m] on spins, by their indices
 
-    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again.
+    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Also returns
+    the names of planets that carry nothing, each turned to the middle between the gears that it meshes with.
     """
     box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
     forces = box.forces_under(conditions.initial_torques, 0.0, held=conditions.anchor)
@@ -152,9 +158,55 @@ def _shared_among_planets(
         loaded[free] += np.linalg.lstsq(total[np.ix_(free, free)], residual[free])[0]
         pulling = pressed & (reference + rows @ loaded < 0)
         if not pulling.any():
-            return loaded
+            q = loaded
+            break
         pressed &= ~pulling
-    return q
+    unloaded = [name for name in box.planets if not any(pressed[i] for i in _meshes_of(model, name))]
+    for name in unloaded:
+        spin, of_planet = model.spins[name], rows[_meshes_of(model, name)]
+        advances = reference[_meshes_of(model, name)] + of_planet @ q
+        q[spin] -= of_planet[:, spin] @ advances / (of_planet[:, spin] @ of_planet[:, spin])
+    return q, unloaded
+
+
+def _meshes_of(model: Model, name: str) -> list[int]:
+    """Numbers of the meshes of a shaft, by its name."""
+    return [i for i, mesh in enumerate(model.meshes) if name in (mesh.stage.fast.name, mesh.stage.slow.name)]
+
+
+@contextmanager
+def _held_between_teeth(model: Model, q: np.ndarray, planets: Sequence[str]) -> Iterator[None]:
+    """Hold the spins of planets that carry nothing at q by weak springs: a static solve needs a regular matrix.
+
+    Nothing else acts on them: their inertia torques press teeth only once these have crossed their gaps.
+    """
+    with _added(model, [_weak_spring(model, name, float(q[model.spins[name]])) for name in planets]):
+        yield
+
+
+def _weak_spring(model: Model, name: str, angle: float) -> eii.ObjectGenericODE2:
+    """A spring at the spin of a planet, whose torque vanishes at an angle [rad]."""
+    n = len(model.scene.shafts[name].components)
+    matrix, torque = np.zeros((n, n)), np.zeros(n)
+    matrix[-1, -1] = WEAK_OMEGA**2 * model.gearbox.body_inertias[name]
+    torque[-1] = matrix[-1, -1] * angle
+    node = node_of(model.mbs, model.bodies[name])
+    return eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix, forceVector=torque)
+
+
+@contextmanager
+def _added(model: Model, items: Sequence[eii.ObjectGenericODE2]) -> Iterator[None]:
+    """Add items to the system for a while."""
+    mbs, numbers = model.mbs, [model.mbs.AddObject(item) for item in items]
+    try:
+        if numbers:
+            mbs.Assemble()
+        yield
+    finally:
+        for number in reversed(numbers):
+            mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
+        if numbers:
+            mbs.Assemble()
 
 
 def _twisted(shaft: Shaft, fixed: str, torques: Mapping[str, float]) -> dict[str, float]:
@@ -274,20 +326,13 @@ def _stiffness_by_rotation(model: Model, pin: Pin, speed: float) -> np.ndarray:
 @contextmanager
 def _softened_by_rotation(model: Model, speed: float) -> Iterator[None]:
     """Give planets on pins the stiffness of `_stiffness_by_rotation` at a speed of the driving shaft [rad/s]."""
-    mbs, objects = model.mbs, []
+    items = []
     for pin in model.pins if speed else ():
         matrix = np.diag([*_stiffness_by_rotation(model, pin, speed), 0.0])
-        node = node_of(mbs, model.bodies[pin.planet.name])
-        objects.append(mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix)))
-    try:
-        if objects:
-            mbs.Assemble()
+        node = node_of(model.mbs, model.bodies[pin.planet.name])
+        items.append(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix))
+    with _added(model, items):
         yield
-    finally:
-        for number in reversed(objects):
-            mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
-        if objects:
-            mbs.Assemble()
 
 
 @contextmanager
