@@ -111,10 +111,11 @@ class Gearbox:
         """Names of the carriers of such planets."""
         return {self.planets[name].name for name in self.planets_on_pins}
 
-    def planets_on_pins_of(self, carrier: Shaft) -> list[Shaft]:
-        """The planets on elastic pins of a carrier; none of a shaft that is no carrier."""
-        names = [name for name in self.planets_on_pins if self.planets[name].name == carrier.name]
-        return [shaft for shaft in self.shafts if shaft.name in names]
+    @property
+    def planets_by_carrier(self) -> dict[str, list[Shaft]]:
+        """The planets on elastic pins by the name of their carrier."""
+        planets = [shaft for shaft in self.shafts if shaft.name in self.planets_on_pins]
+        return {name: [x for x in planets if self.planets[x.name].name == name] for name in self.carriers_of_pins}
 
     def _orbit(self, shaft: Shaft, carrier: Shaft) -> float:
         """Distance [m] of a shaft from the axis of a carrier."""

@@ -11,6 +11,7 @@ and u = z' - omega x z, so that a deflection that turns with the carrier dissipa
 work, and their moments balance. In the plane z and n do not move, and d_r is all that is left.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from math import cos, sin
@@ -289,21 +290,24 @@ def pin_kernel(n: int, m: int):
     return planet_pin
 
 
-def pin_matrices(pin: Pin, angle: float, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """(n + m, n + m) stiffness and damping between the n coordinates of a carrier at an angle [rad] and the planet's m.
+def pin_matrices(pin: Pin, q: Sequence[float], n: int) -> tuple[np.ndarray, np.ndarray]:
+    """(n + m, n + m) stiffness and damping between the n coordinates of a carrier and the m of a planet.
 
-    First order in tilts; the force on the pin is taken as small.
+    q   coordinates (n + m) of both
+
+    First order in tilts, without the change of the direction in which the force of the pin acts. A turn of the carrier
+    with which the planet orbits strains nothing.
     """
-    s, c = sin(angle), cos(angle)
-    x, y, z = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ pin.record.position
+    components = pin.recorder.components
+    in_plane, arm = components == 2, pin.arm + np.asarray(q[n : n + components])
+    arm -= np.asarray(q[:components]) if n > 1 else 0.0
+    x, y, z, a, b = np.r_[arm, np.zeros(5 - components)]
     by_carrier = np.zeros((5, 6))
-    by_carrier[:, :5], by_carrier[:3, 3:] = -np.eye(5), [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
-    in_plane, components = pin.recorder.components == 2, [0, 1, 2, 3, 4, 5]
-    moving, rows = [0, 1, 5] if in_plane else components, slice(0, pin.recorder.components)
-    of_carrier = [5] if n == 1 else moving
-    slopes = np.column_stack([by_carrier[:, of_carrier], np.eye(6)[:5, moving]])[rows]
-    (k, k_a, k_t, k_c), (c, c_a, c_t, c_c) = pin.record.stiffness.tolist(), pin.record.damping.tolist()
-    stiffness, damping = (_about_centre(*each)[rows, rows] for each in ((k, k_a, k_t, k_c), (c, c_a, c_t, c_c)))
+    by_carrier[:, :5], by_carrier[:3, 3:5] = -np.eye(5), [[0.0, -z], [z, 0.0], [-y, x]]
+    by_carrier[:, 5] = y, -x, 0.0, b, -a
+    moving, rows = [0, 1, 5] if in_plane else [0, 1, 2, 3, 4, 5], slice(0, components)
+    slopes = np.column_stack([by_carrier[:, [5] if n == 1 else moving], np.eye(6)[:5, moving]])[rows]
+    stiffness, damping = (_about_centre(*x)[rows, rows] for x in (pin.record.stiffness, pin.record.damping))
     return slopes.T @ stiffness @ slopes, slopes.T @ damping @ slopes
 
 
@@ -324,7 +328,7 @@ def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
         return kernel(*addresses, t, *q, *q_t)
 
     def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        stiffness, damping = pin_matrices(pin, q[n - 1], n)
+        stiffness, damping = pin_matrices(pin, q, n)
         matrix = factor * stiffness + factor_t * damping
         if pin.record.imposed:
             matrix[n - 1], matrix[:, n - 1] = 0.0, 0.0
