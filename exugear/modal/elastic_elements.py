@@ -55,7 +55,7 @@ def pins(model: Model) -> Iterator[ElasticElement]:
         carrier, planet = model.spins[pin.carrier.name], model.spins[pin.planet.name]
         n, m = (len(model.plan.shafts[shaft.name].components) for shaft in (pin.carrier, pin.planet))
         part = [*range(carrier - n + 1, carrier + 1), *range(planet - m + 1, planet + 1)]
-        stiffness, _ = pin_matrices(pin, q[part], n)
+        stiffness, _ = pin_matrices(pin, q[part].tolist(), n)
         yield ElasticElement(f"{pin.planet.name} pin", "bearing", embedded(stiffness, part, q.size))
 
 

@@ -71,7 +71,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        unloaded = []
+        unloaded: list[str] = []
         if model.gearbox.planets:
             torques = _torques_at_start(model, conditions, considered * model.speed_ratios)
             q, unloaded = _shared_among_planets(model, q, conditions, torques)

@@ -188,10 +188,8 @@ def _stages_of(gearbox: Gearbox, shaft: Shaft) -> list[Stage]:
 def _cause_in_set(gearbox: Gearbox, shaft: Shaft) -> str:
     """The first cause by which a planet on its pin, or a carrier under such planets, tilts with others of its set."""
     carrier = gearbox.planets.get(shaft.name, shaft)
-    pinned = [
-        x for x in gearbox.shafts if x.name in gearbox.planets_on_pins and gearbox.planets[x.name].name == carrier.name
-    ]
-    tilting = [x.name for x in pinned if _cause_of_tilt(gearbox, x)]
+    planets = gearbox.planets_by_carrier.get(carrier.name, [])
+    tilting = [planet.name for planet in planets if _cause_of_tilt(gearbox, planet)]
     if carrier.name == shaft.name:
         return f"its planets {tilting} tilt on their pins" if tilting else ""
     if carrier.bearings and (tilting or _cause_of_tilt(gearbox, carrier)):
@@ -202,10 +200,7 @@ def _cause_in_set(gearbox: Gearbox, shaft: Shaft) -> str:
 def _cause_of_tilt(gearbox: Gearbox, shaft: Shaft) -> str:
     """The first cause that moves a shaft out of its plane; empty where there is none."""
     stages = [stage for stage in _stages_of(gearbox, shaft) if shaft in (stage.fast, stage.slow)]
-    pins = [
-        x for x in gearbox.shafts if x.name in gearbox.planets_on_pins and gearbox.planets[x.name].name == shaft.name
-    ]
-    planes = {*shaft.gears}.union(*(planet.gears for planet in pins))
+    planes = {*shaft.gears}.union(*(planet.gears for planet in gearbox.planets_by_carrier.get(shaft.name, [])))
     gear_position = min(planes, default=shaft.centre)
     laws = [stage.force for stage in stages]
     causes = {

@@ -88,7 +88,7 @@ def test_a_helical_set_has_single_axial_modes_and_pairs_that_tilt(planets):
 
 
 def test_modes_in_space_hold_those_in_the_plane_and_whirls_seen_from_the_carrier():
-    """The sun tilts at J_t w^2 -+ J s w - k = 0, but for the mesh force: w - W and w + W in the frame of the carrier."""
+    """The sun tilts at J_t w^2 -+ J s w - k = 0, but for the mesh force: w -+ W in the carrier's frame."""
     box, speed = planar_box(bearings=PIN), 2000.0
     built = [exugear.build(box, plan=plan) for plan in (exugear.plan(box), exugear.plan(box).with_bodies())]
     for at in (0.0, speed):
