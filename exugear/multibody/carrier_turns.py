@@ -5,7 +5,7 @@ orbits. Seen from a carrier they hold at any angle: the displacements turn about
 R, and the velocities are n x r. A member that another stage loads too, from a direction that stands, does not turn.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -34,24 +34,27 @@ def turning_sets(model: BuiltSystem) -> Iterator[TurningSet]:
         yield TurningSet(box.ends[name], [pin for pin in model.pins if pin.carrier.name == name], members)
 
 
-def velocities_by_turning(model: BuiltSystem, q: np.ndarray) -> np.ndarray:
-    """(n,) velocities per speed of the driving shaft of displacements q (n,) that turn with their carriers; else 0."""
+def velocities_by_turning(model: BuiltSystem, q: np.ndarray, speeds: Mapping[str, float]) -> np.ndarray:
+    """(n,) velocities of displacements q (n,) that turn with their carriers, else 0; speeds: of shafts by name [rad/s].
+
+    Likewise the velocities that accelerations of the shafts add per time.
+    """
     velocities = np.zeros(q.size)
     for carrier, pins, members in turning_sets(model):
-        ratio, axis, centre = model.gearbox.ratios[carrier.name], carrier.offset.axis, moving_of(model, carrier.name)
+        speed, axis, centre = speeds[carrier.name], carrier.offset.axis, moving_of(model, carrier.name)
         for name in members:
             part = moving_of(model, name)
-            velocities[part] = ratio * _turning(axis, q[part])
+            velocities[part] = speed * _turning(axis, q[part])
         for pin in pins:
             part = moving_of(model, pin.planet.name)
             apart = q[part] - _like(q[centre], part)
-            velocities[part] = ratio * _turning(axis, apart) + _like(velocities[centre], part)
+            velocities[part] = speed * _turning(axis, apart) + _like(velocities[centre], part)
     return velocities
 
 
-def rigid_motion(model: BuiltSystem, q: np.ndarray) -> np.ndarray:
-    """(n,) velocities per speed of the driving shaft in a state q (n,) of a train that turns as a rigid body."""
-    return model.speed_ratios + velocities_by_turning(model, q)
+def rigid_motion(model: BuiltSystem, q: np.ndarray, shafts: np.ndarray) -> np.ndarray:
+    """(n,) velocities in a state q (n,) of a train that turns as a rigid body, at speeds of the shafts (n_shaft,)."""
+    return model.motion_of(shafts) + velocities_by_turning(model, q, model.of_shaft(shafts))
 
 
 def turned_with_carriers(model: BuiltSystem, q: np.ndarray) -> np.ndarray:
@@ -70,9 +73,9 @@ def turned_with_carriers(model: BuiltSystem, q: np.ndarray) -> np.ndarray:
     return turned
 
 
-def rigid_coordinates(model: BuiltSystem, angle: float) -> np.ndarray:
-    """(n,) coordinates of a train that has turned as a rigid body by an angle of the driving shaft [rad]."""
-    return turned_with_carriers(model, angle * model.speed_ratios)
+def rigid_coordinates(model: BuiltSystem, angles: np.ndarray) -> np.ndarray:
+    """(n,) coordinates of a train that has turned as a rigid body, at angles of the shafts (n_shaft,) [rad]."""
+    return turned_with_carriers(model, model.motion_of(angles))
 
 
 def _like(motion: np.ndarray, part: slice) -> np.ndarray:

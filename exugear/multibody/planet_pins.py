@@ -23,7 +23,7 @@ import numpy as np
 from exugear.contact.recorder import SAME, sample_of, store
 from exugear.contact.rotation import RXYZ, angular_velocity, by_angles, moments, times, transposed
 from exugear.contact.vectors import cross, dot, scaled, total
-from exugear.gearbox.bearing import is_isotropic
+from exugear.gearbox.bearing import Bearing, is_isotropic
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, reader, record_type
 from exugear.multibody.direct_call import direct
@@ -145,6 +145,9 @@ def pin_of(planet: Shaft, carrier: Shaft, poses, components: int) -> Pin:
     """
     stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
     for axial, bearing in planet.bearings.items():
+        if not isinstance(bearing, Bearing):
+            kind = f"the pin of {planet.name!r} must be a Bearing(radial=...), got a {type(bearing).__name__}"
+            raise ValueError(kind)
         k = bearing.at(axial - planet.centre)
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     alike = all(bearing.linear for bearing in planet.bearings.values()) and is_isotropic(stiffness)

@@ -233,15 +233,15 @@ def seam_error(solver: Solver, step: int, state: RunState, expected: Mapping[int
 def _vibration(solver: Solver, step: int, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) coordinates and velocities of a state less those of the train as a rigid body."""
     model, conditions, t = solver.model, solver.conditions, step * solver.scheme.steps.size
-    rigid = rigid_coordinates(model, conditions.driving_angle(t))
-    velocities = state.system.velocities - rigid_motion(model, rigid) * conditions.driving_speed(t)
+    rigid = rigid_coordinates(model, conditions.shaft_angles(t))
+    velocities = state.system.velocities - rigid_motion(model, rigid, conditions.shaft_speeds(t))
     return np.concatenate([state.system.coordinates - rigid, velocities])
 
 
 def _rounding(model: Model, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) differences of coordinates and velocities that are rounding."""
     angle = ROUNDED_SPACINGS * float(np.spacing(np.abs(state.system.coordinates).max()))
-    spins = model.speed_ratios != 0
+    spins = np.array([model.motion_of(motion) for motion in model.gearbox.motions]).any(axis=0)
     lever = max(float(np.abs(mesh.row[spins]).max()) for mesh in model.meshes)
     coordinates = angle * np.where(spins, 1.0, lever)
     return np.concatenate([coordinates, model.plan.omega_mesh * coordinates])
@@ -250,7 +250,11 @@ def _rounding(model: Model, state: RunState) -> np.ndarray:
 def check_parts(model: Model, conditions: Conditions) -> None:
     """ValueError unless the speed at later times is known, and other processes can build the system."""
     free = "executor: the speed of a free train is known only once it has run"
-    require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
+    orbits = "executor: a set whose planets turn about a displaced axis starts from an equilibrium at angle 0 alone"
+    fixed = any(mesh.frame.fixed.any() for mesh in model.meshes)
+    require(not fixed, f"{orbits}; leave executor out")
+    few = f"{free}; impose {len(conditions.anchors)} by exugear.Speed, or leave executor out"
+    require(conditions.prescribed, few)
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
     sensors = model.mbs.systemData.NumberOfSensors()
     added = "executor: model.mbs has objects, loads or sensors beside those of the gearbox"
