@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.gearbox.shaft import Shaft
-from exugear.multibody.model import BuiltSystem, moving_of
+from exugear.multibody.model import BuiltSystem, by_shaft, motion_of, moving_of
 from exugear.multibody.planet_pins import Pin
 
 
@@ -54,7 +54,7 @@ def velocities_by_turning(model: BuiltSystem, q: np.ndarray, speeds: Mapping[str
 
 def rigid_motion(model: BuiltSystem, q: np.ndarray, shafts: np.ndarray) -> np.ndarray:
     """(n,) velocities in a state q (n,) of a train that turns as a rigid body, at speeds of the shafts (n_shaft,)."""
-    return model.motion_of(shafts) + velocities_by_turning(model, q, model.of_shaft(shafts))
+    return motion_of(model, shafts) + velocities_by_turning(model, q, by_shaft(model, shafts))
 
 
 def turned_with_carriers(model: BuiltSystem, q: np.ndarray) -> np.ndarray:
@@ -75,7 +75,7 @@ def turned_with_carriers(model: BuiltSystem, q: np.ndarray) -> np.ndarray:
 
 def rigid_coordinates(model: BuiltSystem, angles: np.ndarray) -> np.ndarray:
     """(n,) coordinates of a train that has turned as a rigid body, at angles of the shafts (n_shaft,) [rad]."""
-    return turned_with_carriers(model, model.motion_of(angles))
+    return turned_with_carriers(model, motion_of(model, angles))
 
 
 def _like(motion: np.ndarray, part: slice) -> np.ndarray:

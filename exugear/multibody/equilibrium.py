@@ -10,6 +10,7 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import radial_points
+from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.mesh_force.force import MeshForce
@@ -17,7 +18,16 @@ from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
 from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model, end_coordinate, held_by_joints, matrices_without_meshes, moving_of
+from exugear.multibody.model import (
+    Mesh,
+    Model,
+    by_shaft,
+    end_coordinate,
+    held_by_joints,
+    matrices_without_meshes,
+    motion_of,
+    moving_of,
+)
 from exugear.multibody.planet_pins import Pin
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
@@ -65,7 +75,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
     """
     accelerations, system = conditions.initial_accelerations, model.mbs.systemData
-    speeds = model.of_shaft(conditions.initial_speeds)
+    speeds = by_shaft(model, conditions.initial_speeds)
     considered = accelerations if _inertia_matters(model, conditions) else 0.0 * accelerations
     try:
         q = _loaded_coordinates(model, conditions, considered)
@@ -77,7 +87,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     if _needs_static_solve(model):
         unloaded: list[str] = []
         if model.gearbox.planets:
-            torques = _torques_at_start(model, conditions, model.motion_of(considered))
+            torques = _torques_at_start(model, conditions, motion_of(model, considered))
             q, unloaded = _shared_among_planets(model, q, conditions, torques)
             q = turned_with_carriers(model, q)
         torques = _torques_at_start(model, conditions, rigid_motion(model, q, considered))
@@ -94,8 +104,8 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
 def _inertia_matters(model: Model, conditions: Conditions) -> bool:
     """Whether inertia loads a mesh by more than a static solve can resolve."""
     box, accelerations = model.gearbox, conditions.initial_accelerations
-    anchors = box.anchors(box.independent)
-    forces = np.abs(box.forces_of_motion(np.zeros(len(box.shafts)), accelerations, anchors))
+    anchors = anchors_of(box, box.independent)
+    forces = np.abs(forces_of_motion(box, np.zeros(len(box.shafts)), accelerations, anchors))
     return any(
         f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
     )
@@ -112,9 +122,9 @@ def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.
         conditions.initial_torques,
         conditions.initial_drags,
     )
-    by_name = model.of_shaft(accelerations)
-    forces = box.forces_of_motion(torques + drags, accelerations, anchors)
-    rigid = model.motion_of(conditions.initial_angles)
+    by_name = by_shaft(model, accelerations)
+    forces = forces_of_motion(box, torques + drags, accelerations, anchors)
+    rigid = motion_of(model, conditions.initial_angles)
     q = _displaced_on_bearings(model, forces) + rigid
     on_rotors = {end.body: conditions.initial_torque(end) for end in conditions.ends}
     for shaft in box.shafts:
@@ -151,7 +161,7 @@ def _shared_among_planets(
     the names of planets that carry nothing, each turned to the middle between the gears that it meshes with.
     """
     box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
-    forces = box.forces_of_motion(conditions.initial_torques, 0.0, conditions.anchors)
+    forces = forces_of_motion(box, conditions.initial_torques, 0.0, conditions.anchors)
     contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
     touches, secants = np.array(contacts).T
     sides = np.sign(forces)
