@@ -30,6 +30,8 @@ from exugear.multibody.integrator_steps import HELD, NOTED, OUT_OF_MESH
 #: Step of differences of the geometry [m, rad], over the spacing of floats at the largest coordinate at least, and over
 #: the speed at which friction fades.
 STEP, LEAST_SPACINGS, SHARE_OF_FADING = 1e-8, 1e5, 1e-5
+#: Gap of teeth that just touch [m].
+TOUCHING = 1e-9
 #: Time [s] over which the stiffness changes as the bodies move.
 AHEAD = 1e-8
 #: Displacements of the bodies of a model among those of an Rxyz body.
@@ -140,7 +142,8 @@ class HeldContact:
 def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, float]) -> np.ndarray:
     """(n, n) matrix -factor dF/dq - factor_t dF/dq_t of a contact whose law is a spring along its force.
 
-    Arguments as those of `contact_tangent`; factors of the derivatives by coordinates and by velocities. The slopes
+    Arguments as those of `contact_tangent`; factors of the derivatives by coordinates and by velocities. Teeth that
+    just touch count as pressed: static solves begin there. The slopes
     along the line of action are those with the correction of the lag of velocities (`integrator_steps.true_rate`).
     """
     n, point, state, rubs = len(q), np.array([*q, *q_t], float), held.state, held.friction is not None
@@ -150,6 +153,10 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
         return np.zeros((n, n))
     held.begin(t)
     numbers, k = held.noted(point, t)
+    if numbers[FORCE] <= 0.0:
+        row = held.forces(point, NO_NUMBERS, rubs=False) - held.forces(point, UNITS[FORCE], rubs=False)
+        point[:n] += TOUCHING * row / max(row @ row, TOUCHING)
+        numbers, k = held.noted(point, t)
     force, c, side = float(numbers[FORCE]), float(numbers[DAMPING]), float(state.side)
     if force <= 0.0:
         return np.zeros((n, n))

@@ -42,6 +42,8 @@ from fem.support.validation import require
 PHASES = 8
 #: Mesh cycles of the common period at most; rounding of ratios of mesh frequencies.
 LONGEST_PERIOD, ROUNDING = 1000, 1e-9
+#: Number of coordinates of a body in the plane.
+PLANAR = 3
 
 
 def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, speed: float, drive: str) -> Reduction:
@@ -76,8 +78,8 @@ def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, 
     turning = Turning(
         speed, system.reduced(gyroscopic), system.reduced(centrifugal), system.motions.T @ _centrifugal_load(model)
     )
-    matrices = (system.reduced(matrix) for matrix in (system.mass, stiffness, damping))
-    blocks = modal_blocks(*matrices, measures, system.rigid, turning)
+    mass, stiffness, damping = (system.reduced(matrix) for matrix in (system.mass, stiffness, damping))
+    blocks = modal_blocks(mass, stiffness, damping, measures, system.rigid, turning)
     mesh_cycles = float(model.mesh_cycles[stages[0]])
     steady = SteadySystem(tuple(exciting), blocks, mesh_cycles, variation)
     return Reduction(steady, [*stages], q, system.motions, -back * cycles[0] / mesh_cycles)
@@ -222,7 +224,20 @@ def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:
 
 
 def check_reducible(model: Model) -> None:
-    """Require a gearbox without friction and drag, whose torques depend on the speed."""
+    """Require a gearbox without friction and drag, whose torques depend on the speed, and sets in the plane.
+
+    In the frame that turns with the carrier of planets on pins, stages beside the set whose shafts stand on bearings
+    would change their direction.
+    """
+    kinds, carriers = model.plan.shafts, model.gearbox.carriers_of_pins
+    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
+        on_bearings = [shaft.name for shaft in stage.shafts if kinds[shaft.name].on_bearings]
+        of_set = stage.carrier is not None and stage.carrier.name in carriers
+        in_space = [name for name in on_bearings if of_set and len(kinds[name].components) > PLANAR]
+        space = f"model must have its planetary sets in the plane or spin only, {in_space} move in space"
+        require(not in_space, f"{space}; leave out what tilts them, or take exugear.run_up over a slow ramp")
+        beside = f"stage {label} stands beside a set on pins, its shafts must only spin, {on_bearings} move"
+        require(not (carriers and not of_set and on_bearings), f"{beside}; leave out their bearings, or the pins")
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
     require(not rubbing, f"model must be without friction, stages {rubbing} rub; build the gearbox without friction=")
     braked = [shaft.name for shaft in model.gearbox.shafts if shaft.drags]

@@ -105,14 +105,15 @@ def _measured(model: Model, mesh: Mesh, side: float) -> tuple[Callable[[np.ndarr
         bodies = (tuple(row) for row in displacements.tolist())
         return np.array(spatial_measures(mesh.law.table.head, mesh.frame, side, *bodies))
 
-    return at, np.concatenate([*indices, carrier])
+    return at, np.concatenate([*indices, np.array(carrier, int)])
 
 
 def _carrier_of_spins(model: Model, mesh: Mesh) -> list[int]:
     """Index of the spin of the carrier on which both gears only spin; empty without one, and of planets on pins."""
     carrier = mesh.stage.carrier
-    carries = carrier is not None and carrier.name not in model.gearbox.carriers_of_pins
-    return [model.spins[carrier.name]] if carries else []
+    if carrier is None or carrier.name in model.gearbox.carriers_of_pins:
+        return []
+    return [model.spins[carrier.name]]
 
 
 def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:

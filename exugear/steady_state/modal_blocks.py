@@ -158,7 +158,7 @@ def modal_blocks(
     scale = np.take_along_axis(deflections, np.abs(deflections).argmax(axis=0)[None], axis=0)[0]
     pairs = _paired(values[excited], vectors[:n, excited] / scale, inputs[:, excited] * scale)
     measures, by_impulses = np.tensordot(rows, pairs.outputs, 1), np.tensordot(rows[:, :-1], pairs.inputs, 1)
-    turning = turning or Turning(0.0, *np.zeros((2, *mass.shape)), np.zeros(len(mass)))
+    turning = turning or Turning(0.0, np.zeros_like(mass), np.zeros_like(mass), np.zeros(len(mass)))
     outputs_of, inputs_of = (x.reshape(n, -1) for x in (pairs.outputs, pairs.inputs))
     rates = outputs_of @ _rates(pairs.first, pairs.second, pairs.oscillating)
     by_turning = inputs_of.T @ modes.T @ turning.gyroscopic @ modes @ rates

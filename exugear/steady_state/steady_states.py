@@ -123,12 +123,19 @@ def steady_states(
     within = Range(lowest * cycles[0] / system.resonance, high * cycles[0] / system.resonance)
     with shown(progress):
         branches = all_branches(system, within)
-    data = labelled(system, branches, cycles[: len(given)], harmonics)
+    levers = _levers(model, reduction)
+    data = labelled(system, branches, cycles[: len(given)], harmonics, levers)
     about = load_attributes(load, torques) | {"drive": drive, "idle_stages": idle, "lowest_speed": float(lowest)}
     about |= _about(model, reduction, branches)
     if np.ndim(stage):
         return data.assign_coords(stage=[model.gearbox.labels[i] for i in given]).assign_attrs(about)
     return data.isel(stage=0).assign_attrs({"stage": model.gearbox.labels[given[0]], **about})
+
+
+def _levers(model: Model, reduction: Reduction) -> dict[str, np.ndarray]:
+    """Of each shaft that meshes turn: (n_mesh,) torque about its axis per force of the meshes that excite [m]."""
+    rows = np.array([model.meshes[stage].row for stage in reduction.stages])
+    return {name: -rows[:, spin] for name, spin in model.spins.items() if rows[:, spin].any()}
 
 
 def _about(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> dict[str, Any]:
