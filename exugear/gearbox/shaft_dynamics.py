@@ -5,18 +5,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import (
     dissipated_power,
     linear_part,
+    potential,
     radial_motion,
     radial_part,
     radial_points,
     radial_reaction,
     radial_secant,
+    rolling_reaction,
     strain_energy,
 )
 from exugear.gearbox.drag import braking_torque
+from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
+from exugear.rolling_bearings.statics import NotCarried, equilibrium
 
 #: Iterations for the secant stiffness of nonlinear bearings.
 ITERATIONS = 30
@@ -48,11 +53,21 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
     free     numbers of the coordinates that move
 
     Nonlinear bearings have their secant stiffness under their forces [N], beyond the end of a table that at its end.
+    With rolling bearings the displacement is the minimum of the convex potential of all bearings; `NotCarried` where
+    they do not carry the forces.
     """
     q, levers = np.zeros(6), {axial: axial - shaft.centre for axial in shaft.bearings}
     if not (shaft.bearings and free):
         return q, {}
-    secants = {axial: float(b.stiffness[0, 0]) for axial, b in shaft.bearings.items() if not b.linear}
+    rolling = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, RollingBearing)}
+    if rolling:
+        q[free] = _of_least_potential(shaft, forces[free], list(free))
+        apart = [axial for axial, x in rolling.items() if comes_apart(x, _motion_at(shaft, axial, 5) @ q[:5])]
+        if apart:
+            raise NotCarried(f"bearings of shaft {shaft.name!r} at {apart} m are pulled apart; press or pair them")
+        return q, {}
+    nonlinear = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, Bearing) and not x.linear}
+    secants = {axial: float(bearing.stiffness[0, 0]) for axial, bearing in nonlinear.items()}
     linear = np.sum([linear_part(b, levers[axial]) for axial, b in shaft.bearings.items()], axis=0)
     part, radial_forces = np.ix_(free, free), dict.fromkeys(secants, 0.0)
     for _ in range(ITERATIONS if secants else 1):
@@ -61,8 +76,27 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
         for axial, k in secants.items():
             radial_forces[axial] = float(k * np.hypot(*radial_motion(levers[axial], *q[[0, 1, 3, 4]])))
             if radial_forces[axial] > 0:
-                secants[axial] = radial_secant(shaft.bearings[axial], radial_forces[axial])
+                secants[axial] = radial_secant(nonlinear[axial], radial_forces[axial])
     return q, radial_forces
+
+
+def _of_least_potential(shaft: Shaft, forces: np.ndarray, free: list[int]) -> np.ndarray:
+    """The coordinates in equilibrium under forces on them; free: their numbers."""
+
+    def of_all_bearings(part: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        q = np.zeros(5)
+        q[free] = part
+        parts = [potential(bearing, axial - shaft.centre, q) for axial, bearing in shaft.bearings.items()]
+        energies, gradients, hessians = zip(*parts, strict=True)
+        return sum(energies), np.sum(gradients, axis=0)[free], np.sum(hessians, axis=0)[np.ix_(free, free)]
+
+    positions = [abs(axial - shaft.centre) for axial in shaft.bearings]
+    radii = [bearing.rows[0].R for bearing in shaft.bearings.values() if isinstance(bearing, RollingBearing)]
+    try:
+        return equilibrium(of_all_bearings, forces, max(*positions, *radii))
+    except NotCarried as error:
+        push = f"{np.array2string(forces[:3], precision=4)} N"
+        raise NotCarried(f"bearings of shaft {shaft.name!r} do not carry {push}: {error}") from None
 
 
 def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:
@@ -73,6 +107,11 @@ def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndar
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
         motion = _motion_at(shaft, axial, q.shape[1])
+        if isinstance(bearing, RollingBearing):
+            for first in range(0, len(q), BLOCK):
+                block = slice(first, first + BLOCK)
+                force[:, block] += rolling_reaction(bearing, axial - shaft.centre, q[block], q_t[block]).T
+            continue
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
         points = None if bearing.linear else radial_points(bearing)

@@ -157,13 +157,12 @@ def _padded(columns: np.ndarray) -> np.ndarray:
 
 
 def _imposed_motion(model: Model, conditions: Conditions, time: np.ndarray, recorded: Mapping[str, ShaftMotion]):
-    """The motion of the shaft or rotor whose speed is imposed, with that speed."""
-    if conditions.held is None:
-        return {}
-    name = model.gearbox.ends[conditions.held].end
-    speed = model.gearbox.directions[conditions.held] * conditions.speed_of(time)
-    motion = recorded[name]
-    return {name: replace(motion, speed=speed * np.ones(time.size))}
+    """The motions of the shafts or rotors whose speeds are imposed, with these speeds."""
+    motions = {}
+    for name, speed_of in zip(conditions.held, conditions.speeds_of, strict=True):
+        end, speed = model.gearbox.ends[name].end, model.gearbox.directions[name] * speed_of(time)
+        motions[end] = replace(recorded[end], speed=speed * np.ones(time.size))
+    return motions
 
 
 def corrected(rate: np.ndarray, factor: float) -> np.ndarray:
