@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.layout import OFFSETS
 from exugear.modal.linear_system import LinearSystem, linear_gearbox
@@ -230,12 +231,17 @@ def check_reducible(model: Model) -> None:
     would change their direction.
     """
     kinds, carriers = model.plan.shafts, model.gearbox.carriers_of_pins
+    free = f"model must leave one speed free, the meshes leave those of {[*model.gearbox.independent]}"
+    require(len(model.gearbox.independent) == 1, f"{free}; hold a member of the set, held=...")
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         on_bearings = [shaft.name for shaft in stage.shafts if kinds[shaft.name].on_bearings]
         of_set = stage.carrier is not None and stage.carrier.name in carriers
         in_space = [name for name in on_bearings if of_set and len(kinds[name].components) > PLANAR]
         space = f"model must have its planetary sets in the plane or spin only, {in_space} move in space"
         require(not in_space, f"{space}; leave out what tilts them, or take exugear.run_up over a slow ramp")
+        axes = [x.name for x in stage.shafts if x.name not in model.gearbox.planets and x.offset != NO_DISPLACEMENT]
+        turning = f"the axes of {axes} lie beside the others, which turns in the frame of the carrier once a revolution"
+        require(not (stage.carrier and axes), f"{turning}; leave out their offset=, or take exugear.run")
         beside = f"stage {label} stands beside a set on pins, its shafts must only spin, {on_bearings} move"
         require(not (carriers and not of_set and on_bearings), f"{beside}; leave out their bearings, or the pins")
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
