@@ -40,18 +40,17 @@ def test_states_are_those_of_a_settled_run(case):
 
 @pytest.mark.slow
 def test_branches_of_a_set_with_loss_of_contact_are_those_of_runs():
-    """Over the resonance teeth separate; each stable orbit is reached by a sweep up or down."""
+    """Over the resonance teeth separate; where there are several stable orbits a run shows one of them."""
     model, load = exugear.build(planetary_box(law=waving_law(0.3, damping=3000.0))), 300.0
     top = 1.4 * exugear.modes(model, load=load)["frequency"].values.max() / model.mesh_cycles[0]
     data = exugear.steady_states(model, speed=(0.3 * top, top), load=load, stage=(0, 1), progress=False)
     assert data["share_without_contact"].values.max() > 0.1
-    stable = data.isel(point=np.flatnonzero(data["stable"]))
+    stable, settled = data.isel(point=np.flatnonzero(data["stable"])), 0
     for point in np.linspace(0, stable.sizes["point"] - 1, 5).astype(int):
         orbit = stable.isel(point=point)
-        dte = settled_dte(model, orbit, load, 2e-6, 40)[0]
-        if abs(dte.std() / float(orbit["rms"][0]) - 1) > 0.1:
-            continue
-        assert np.ptp(dte) == pytest.approx(float(orbit["peak_to_peak"][0]), rel=5e-3)
+        sizes = np.ptp(settled_dte(model, orbit, load, 2e-6, 40)[:2], axis=1)
+        settled += bool(np.allclose(sizes, orbit["peak_to_peak"].values, rtol=5e-3))
+    assert settled >= 4
 
 
 def test_planets_in_counterphase_leave_no_first_harmonic_in_the_torque():
