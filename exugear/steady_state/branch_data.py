@@ -84,9 +84,9 @@ def _points(
         states, frequency = orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns)
         exciting = system.orbits(states, frequency, branch.period)
         of_meshes = exciting[: mesh_cycles.size]
-        torques = levers @ [orbit.force for orbit in exciting]
         cycles = [branch.period * mesh.cycles for mesh in system.meshes]
         measures = [_measures(orbit, x, halves) for orbit, x in zip(of_meshes, cycles, strict=False)]
+        forces = [_components(exciting[0], orbit.force, cycles[0], halves) for orbit in exciting]
         speed = frequency / mesh_cycles[0]
         yield {
             "branch": number,
@@ -97,7 +97,7 @@ def _points(
             "bifurcation": point.bifurcation,
             "mesh_frequency": speed * mesh_cycles,
             **{name: [values[name] for values in measures] for name in measures[0]},
-            "torque_harmonics": [np.abs(_components(exciting[0], x, cycles[0], halves)) for x in torques],
+            "torque_harmonics": np.abs(levers @ forces),
         }
 
 
