@@ -20,7 +20,6 @@ from exugear.gearbox.planetary_phases import (
     phase_sums,
     planet_angles,
     planetary_phases,
-    ring_phase,
     step_angles,
 )
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft
@@ -180,14 +179,6 @@ class Planetary:
         """Whether the planets mesh with the ring by another gear than with the sun."""
         return self.sun_pair.wheel != self.ring_pair.pinion
 
-    def ring_phase(self, direction: int, phase: float) -> float:
-        """Phase of the first planet's mesh with the ring, from that with the sun.
-
-        direction   sense of the external torque on the sun about z, +1 or -1
-        """
-        first = self.step_angle[0], self.teeth[0]
-        return ring_phase(self.sun_pair, self.ring_pair, direction, phase, *first)
-
     @property
     def words(self) -> list[str]:
         """Meshing sequence, effect of the harmonics and hunting teeth, a line each."""
@@ -304,10 +295,11 @@ class Planetary:
             several = f"sun {self.sun.name!r} carries its gear at {[x / mm for x in positions]} mm"
             require(len(positions) <= 1, f"{several}; say which one meshes here, axial_position=...")
             return positions[0] if positions else 0.0
-        nearest = min(positions, key=lambda at: abs(at - self.axial_position), default=self.axial_position)
+        wanted = self.axial_position
+        nearest = min(positions, key=lambda at: abs(at - wanted), default=wanted)
         beside = f"axial_position must be one of {[x / mm for x in positions]} mm, where the sun {self.sun.name!r} has"
-        near = bool(positions) and abs(nearest - self.axial_position) < NEAR
-        require(near, f"{beside} its gear, got {self.axial_position / mm:g} mm")
+        near = bool(positions) and abs(nearest - wanted) < NEAR
+        require(near, f"{beside} its gear, got {wanted / mm:g} mm")
         return nearest
 
     def _pin_errors(self) -> np.ndarray:
@@ -337,7 +329,7 @@ class Planetary:
     def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]) -> list[Stage]:
         """Stages of each planet with sun and ring."""
         gears = [next((g for at, g in x.gears.items() if at == self._axial), self.sun_pair.wheel) for x in planets]
-        pairs = {"sun": [self.sun_pair] * self.planets, "ring": [self.ring_pair] * self.planets}
+        pairs: dict[str, list[Any]] = {role: [getattr(self, f"{role}_pair")] * self.planets for role in ("sun", "ring")}
         if not self.stepped:
             pairs["sun"] = [
                 x if x.wheel == g else replace(x, wheel=g) for x, g in zip(pairs["sun"], gears, strict=True)

@@ -74,11 +74,12 @@ NO_SLOPES = BlockSlopes(ZEROS, 0.0, 0.0, 0.0, 0.0, ZEROS, 0.0)
 def bends_of_edge(table, block, cell):
     """Second derivatives by the phase of unloaded deflection and largest penetration [m per square pitch]."""
     first, n = start_of(table) + table.edges_start, table.phase_steps
+    square = table.steps_in_pitch * table.steps_in_pitch
     a = edge_at(first + EDGE_SIZE * (block * n + cell.low))
     b = edge_at(first + EDGE_SIZE * (block * n + cell.high))
     return (
-        n * n * hermite_bend(cell.share, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
-        n * n * hermite_bend(cell.share, a.largest, a.largest_slope, b.largest, b.largest_slope),
+        square * hermite_bend(cell.share, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
+        square * hermite_bend(cell.share, a.largest, a.largest_slope, b.largest, b.largest_slope),
     )
 
 
@@ -101,9 +102,8 @@ def over_u(table, start, block, cell, load):
     at_low = bend_along_phase(cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
     low, high = low + 1, high + 1
     at_high = bend_along_phase(cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
-    return SecondOrder(
-        w.value, w.by_u, w.by_phase, w.by_uu, w.by_phase_u, n * n * quintic(load.share, at_low, at_high)[0]
-    )
+    by_phases = table.steps_in_pitch * table.steps_in_pitch * quintic(load.share, at_low, at_high)[0]
+    return SecondOrder(w.value, w.by_u, w.by_phase, w.by_uu, w.by_phase_u, by_phases)
 
 
 @compiled

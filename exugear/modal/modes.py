@@ -45,7 +45,8 @@ def modes(
     loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]; other shafts
             are free
     phase   share of a pitch by which every mesh is moved on from the phase in which it was built; None: the mean of the
-            tangent stiffness over the mesh cycle, at the mesh force of the equilibrium
+            tangent stiffness over the mesh cycle, of a law over several pitches over these, at the mesh force of the
+            equilibrium
     drive   "held": the driving shaft, or the rotor behind its coupling, is fixed, as a run prescribes its speed;
             "free": it may turn
 

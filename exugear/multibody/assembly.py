@@ -20,7 +20,7 @@ from exugear.contact.reference_configuration import (
     spatial_row,
 )
 from exugear.contact.rotation import SPIN
-from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.gearbox import Gearbox, anchors_of
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
@@ -288,7 +288,7 @@ def add_drives_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -
     """
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
     drives = []
-    for number, name in reversed([*enumerate(gearbox.anchors([gearbox.driving.name]), start=1)]):
+    for number, name in reversed([*enumerate(anchors_of(gearbox, [gearbox.driving.name]), start=1)]):
         markers = [fixed, end_markers[name]]
         drive = eii.CoordinateConstraint(name="drive" if number == 1 else f"drive {number}", markerNumbers=markers)
         drives.append(mbs.AddObject(drive))

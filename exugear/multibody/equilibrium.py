@@ -10,13 +10,23 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import radial_points
+from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model, centre_of, end_coordinate, held_by_joints, matrices_without_meshes
+from exugear.multibody.model import (
+    Mesh,
+    Model,
+    by_shaft,
+    centre_of,
+    end_coordinate,
+    held_by_joints,
+    matrices_without_meshes,
+    motion_of,
+)
 from exugear.multibody.planet_pins import Pin
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
@@ -62,7 +72,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
     """
     accelerations, system = conditions.initial_accelerations, model.mbs.systemData
-    speeds = model.of_shaft(conditions.initial_speeds)
+    speeds = by_shaft(model, conditions.initial_speeds)
     considered = accelerations if _inertia_matters(model, conditions) else 0.0 * accelerations
     try:
         q = _loaded_coordinates(model, conditions, considered)
@@ -72,16 +82,16 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered.any() else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        torques = _torques_at_start(model, conditions, model.motion_of(considered))
+        torques = _torques_at_start(model, conditions, motion_of(model, considered))
         if model.gearbox.planets:
             q = _shared_among_planets(model, q, conditions, torques)
         with _softened_by_rotation(model, speeds):
             q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speeds))
-    velocities = model.motion_of(conditions.initial_speeds)
+    velocities = motion_of(model, conditions.initial_speeds)
     system.SetODE2Coordinates(q, INITIAL)
     system.SetODE2Coordinates_t(velocities + _turned(model, q, speeds), INITIAL)
     centripetal = -_turned(model, velocities + _turned(model, q, speeds), speeds)
-    system.SetODE2Coordinates_tt(model.motion_of(accelerations) + centripetal, INITIAL)
+    system.SetODE2Coordinates_tt(motion_of(model, accelerations) + centripetal, INITIAL)
 
 
 def _turned(model: Model, displacements: np.ndarray, speeds: Mapping[str, float]) -> np.ndarray:
@@ -102,8 +112,8 @@ def _turned(model: Model, displacements: np.ndarray, speeds: Mapping[str, float]
 def _inertia_matters(model: Model, conditions: Conditions) -> bool:
     """Whether inertia loads a mesh by more than a static solve can resolve."""
     box, accelerations = model.gearbox, conditions.initial_accelerations
-    anchors = box.anchors(box.independent)
-    forces = np.abs(box.forces_of_motion(np.zeros(len(box.shafts)), accelerations, anchors))
+    anchors = anchors_of(box, box.independent)
+    forces = np.abs(forces_of_motion(box, np.zeros(len(box.shafts)), accelerations, anchors))
     return any(
         f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
     )
@@ -120,9 +130,9 @@ def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.
         conditions.initial_torques,
         conditions.initial_drags,
     )
-    by_name = model.of_shaft(accelerations)
-    forces = box.forces_of_motion(torques + drags, accelerations, anchors)
-    rigid = model.motion_of(conditions.initial_angles)
+    by_name = by_shaft(model, accelerations)
+    forces = forces_of_motion(box, torques + drags, accelerations, anchors)
+    rigid = motion_of(model, conditions.initial_angles)
     q = _displaced_on_bearings(model, forces) + rigid
     on_rotors = {end.body: conditions.initial_torque(end) for end in conditions.ends}
     for shaft in box.shafts:
@@ -158,7 +168,7 @@ def _shared_among_planets(
     Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again.
     """
     box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
-    forces = box.forces_of_motion(conditions.initial_torques, 0.0, conditions.anchors)
+    forces = forces_of_motion(box, conditions.initial_torques, 0.0, conditions.anchors)
     contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
     touches, secants = np.array(contacts).T
     sides = np.sign(forces)

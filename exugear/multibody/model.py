@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import exudyn as exu
 import numpy as np
@@ -128,23 +128,7 @@ class BuiltSystem:
 
         Of planets on pins also the velocity of their centres in the reference configuration [m].
         """
-        return self.motion_of(self.gearbox.nominal_ratios)
-
-    def motion_of(self, shafts: np.ndarray) -> np.ndarray:
-        """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of shafts (n_shaft,).
-
-        Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
-        """
-        motion, of_shaft = np.zeros(self.mbs.systemData.ODE2Size()), self.of_shaft(shafts)
-        for name, shaft in self.gearbox.ends.items():
-            motion[self.turning[name]] = of_shaft[shaft.name]
-        for pin in self.pins:
-            motion[centre_of(self, pin.planet.name)] = of_shaft[pin.carrier.name] * pin.orbit
-        return motion
-
-    def of_shaft(self, values: np.ndarray) -> dict[str, float]:
-        """Values (n_shaft,) by the names of the shafts."""
-        return dict(zip([shaft.name for shaft in self.gearbox.shafts], values.tolist(), strict=True))
+        return motion_of(self, self.gearbox.nominal_ratios)
 
     @property
     def spin_motions(self) -> dict[str, np.ndarray]:
@@ -179,6 +163,24 @@ class Model(BuiltSystem):
 
     def __repr__(self) -> str:
         return f"Model of {self.gearbox!r}\n{self.plan}"
+
+
+def motion_of(model: BuiltSystem, shafts: np.ndarray) -> np.ndarray:
+    """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of the shafts (n_shaft,).
+
+    Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
+    """
+    motion, by_name = np.zeros(model.mbs.systemData.ODE2Size()), by_shaft(model, shafts)
+    for name, shaft in model.gearbox.ends.items():
+        motion[model.turning[name]] = by_name[shaft.name]
+    for pin in model.pins:
+        motion[centre_of(model, pin.planet.name)] = by_name[pin.carrier.name] * pin.orbit
+    return motion
+
+
+def by_shaft(model: BuiltSystem, values: np.ndarray) -> dict[str, float]:
+    """Values (n_shaft,) by the names of the shafts."""
+    return dict(zip([shaft.name for shaft in model.gearbox.shafts], values.tolist(), strict=True))
 
 
 def centre_of(model: BuiltSystem, name: str) -> slice:
@@ -319,6 +321,29 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
                 else:
                     total[part, part] += radial_part(float(bearing.stiffness[0, 0]), lever)
     return total
+
+
+class BearingTangents(NamedTuple):
+    """Changes (n, n) of the stiffness and damping matrix of the linear system by nonlinear bearings in a state."""
+
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
+def bearing_tangents(system: BuiltSystem, q: np.ndarray) -> BearingTangents:
+    """What the tangents of nonlinear bearings at coordinates q (n,) add to the linear system, which has their steepest.
+
+    The damping of the linear system is that at rest.
+    """
+    stiffness, damping = -nonlinear_bearing_stiffness(system), np.zeros((q.size, q.size))
+    for shaft in system.gearbox.shafts:
+        part = slice(system.spins[shaft.name] - 5, system.spins[shaft.name] + 1)
+        for axial, bearing in shaft.bearings.items():
+            if not bearing.linear:
+                at_rest, now = (tangent_stiffness(bearing, axial - shaft.centre, x) for x in (np.zeros(6), q[part]))
+                stiffness[part, part] += now - at_rest
+                damping[part, part] += bearing.damping_time * (now - at_rest)
+    return BearingTangents(stiffness, damping)
 
 
 def on_bearings(model: BuiltSystem, mesh: BuiltMesh) -> bool:

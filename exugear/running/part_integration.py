@@ -15,7 +15,14 @@ from exugear.multibody.assembly import build
 from exugear.multibody.drive_and_load import ShaftTorques, applied, set_holding_forces
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL, quiet, set_state_of_system
-from exugear.multibody.model import Model, further_loads, further_objects, linearized, matrices_without_meshes
+from exugear.multibody.model import (
+    Model,
+    further_loads,
+    further_objects,
+    linearized,
+    matrices_without_meshes,
+    motion_of,
+)
 from exugear.multibody.shaft_motion import needs_speeds
 from exugear.multibody.solver_settings import Scheme
 from exugear.multibody.time_integration import RunState, Segment, Solver, state_of_run
@@ -232,14 +239,14 @@ def seam_error(solver: Solver, step: int, state: RunState, expected: Mapping[int
 def _vibration(solver: Solver, step: int, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) coordinates and velocities of a state less those of the train as a rigid body."""
     model, conditions, t = solver.model, solver.conditions, step * solver.scheme.steps.size
-    coordinates = state.system.coordinates - model.motion_of(conditions.shaft_angles(t))
-    return np.concatenate([coordinates, state.system.velocities - model.motion_of(conditions.shaft_speeds(t))])
+    coordinates = state.system.coordinates - motion_of(model, conditions.shaft_angles(t))
+    return np.concatenate([coordinates, state.system.velocities - motion_of(model, conditions.shaft_speeds(t))])
 
 
 def _rounding(model: Model, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) differences of coordinates and velocities that are rounding."""
     angle = ROUNDED_SPACINGS * float(np.spacing(np.abs(state.system.coordinates).max()))
-    spins = np.array([model.motion_of(motion) for motion in model.gearbox.motions]).any(axis=0)
+    spins = np.array([motion_of(model, motion) for motion in model.gearbox.motions]).any(axis=0)
     lever = max(float(np.abs(mesh.row[spins]).max()) for mesh in model.meshes)
     coordinates = angle * np.where(spins, 1.0, lever)
     return np.concatenate([coordinates, model.plan.omega_mesh * coordinates])

@@ -260,15 +260,18 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         inputs[f"{shaft.name}_speed_ratio"] = model.gearbox.ratios[shaft.name]
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
     box = model.gearbox
-    for label, stage, phase in zip(box.labels, box.stages, box.phases, strict=True):
+    for label, stage, phase, sense in zip(box.labels, box.stages, box.phases, box.flank_senses, strict=True):
         law = stage.force
         numbers = _pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
         numbers |= {"damping_ramp": law.damping_ramp}
         numbers |= {"critical_damping": stage.critical_damping}
-        numbers |= {"angle": stage.angle, "phase": phase}
+        numbers |= {"angle": stage.angle, "phase": phase, "flank_sense": sense}
+        numbers |= {"pitches": law.pitches} if law.pitches > 1 else {}
         numbers |= {"friction": repr(stage.friction.coefficient)} if stage.friction else {}
         numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    if len(box.independent) > 1:
+        inputs["independent_speeds"] = ", ".join(box.independent)
     if model.gearbox.held:
         inputs["held"] = ", ".join(model.gearbox.held)
     return inputs

@@ -9,10 +9,12 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 import xarray as xr
+from coupled_sets import ravigneaux
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
 from rexs_files import two_stages as two_stages_of_rexs
+from ring_gears import COARSE, bolted, thin_ring_pair
 from scenes import linear_law, smooth_box, smooth_map
 from skfem import ElementQuad1
 
@@ -31,6 +33,13 @@ def shared_map() -> xr.Dataset:
     ste = fem.ste_map(paper_pair(), [0, 10.0, 300.0], np.arange(8) / 8, np.outer([0, 1e-6, 9e-6], np.ones(8)))
     shares = np.full((3, 8, 2), 0.5)
     return ste.assign(load_share=(("torque", "phase", "pair"), shares), pair=("pair", [0, 1]))
+
+
+def map_around_a_ring() -> xr.Dataset:
+    """A small map of a ring on eight bolts."""
+    angles = {"ring_angle": np.arange(4) / 4 * np.pi / 4}
+    te = np.multiply.outer([0, 1e-6, 9e-6], np.ones((4, 8)))
+    return fem.ste_map(thin_ring_pair(bolted()), [0, 10.0, 300.0], np.arange(8) / 8, te, angles)
 
 
 def stresses() -> xr.Dataset:
@@ -125,7 +134,7 @@ def instances() -> dict[str, Any]:
         fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm), fem.TipRelief(5
         * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1), fem.Slices(slices=40),
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), fem.Density(),
-        fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm),
+        fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm), bolted(), fem.Bush(radial=1e9, tangential=1e9),
         exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
         exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3), exugear.Placement(),
         exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
@@ -133,8 +142,9 @@ def instances() -> dict[str, Any]:
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
-        planetary(), exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
-        exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
+        planetary(), exugear.RingSensor(0.5, np.cos),
+        exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
+        ravigneaux()[1], exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
@@ -149,6 +159,7 @@ def by_name() -> dict[str, Any]:
     made["Run"].save(folder / "run.nc")
     linear_law().save(folder / "law.nc")
     (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
+    (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
     quantity = ("z", 57.0, "1", "number of teeth")
@@ -187,6 +198,7 @@ def by_name() -> dict[str, Any]:
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
         "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0, "turns_of": None, "relative_to": None,
+        "ring_angles": None, "ring_angle": 0.0,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -204,14 +216,17 @@ def by_name() -> dict[str, Any]:
         "dynamic_factor.deviations": fem.iso6336.FlankDeviations(),
         "efficiency.loads": [50.0, 100.0], "efficiency.tolerance": 1e-5, "plot_efficiency.data": efficiency,
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
-        "pair_of.data": shared_map(),
+        "pair_of.data": shared_map(), "over_pitches.ste": map_around_a_ring(), "ring_deflection.at": [0.0, 0.1],
+        "plot_ring_stiffness.ste": map_around_a_ring(), "ring_deflection.pair": thin_ring_pair(bolted()),
+        "ring_deflection.mesh": 0.2, "ring_deflection.resolution": COARSE, "Bolts.number": None,
         "static_transmission_error.resolution": None, "map_cost.resolution": None,
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
         "transmission_error.run": fem.dynamic.RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20),
         "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "MeshForce.load.path": folder / "law.nc", "ste_from_table.path": folder / "te.csv",
-        "Grid.from_table.path": folder / "flank.csv",
+        "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
+        "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
@@ -219,13 +234,20 @@ def by_name() -> dict[str, Any]:
         "local.distance": mm, "start.friction": True, "start.zeroed": True,
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
+        "planetary_phases.pitches": 1, "RingSensor.influence": np.cos, "RingSensor.angle": 0.5,
+        "RingSensor.direction": "radial",
+        "RingSensor.signal.run": run_of_a_set(), "RingSensor.signal.ring": "ring",
         "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
-
+        "step_angle": 0.0, "tooth": None, "exact_ratios.stages": [planetary()], "exact_ratios.driving": "sun",
+        "exact_ratios.held": "ring",
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
-        "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(), "shares": None,
+        "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(),
+        "bearing_life.shares": None,
         "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
+        "from_catalogue.kind": "angular contact", "from_catalogue.d": 25 * mm, "D": 52 * mm, "B": 15 * mm, "C_0": 1e4,
+        "from_catalogue.C": 15.6e3, "from_catalogue.alpha": 0.7, "from_catalogue.clearance": 0.0,
         "under.force": [0.0, 0.0, 100.0, 0.0, 0.0], "displaced.displacement": np.zeros(5),
         "mesh_phases.harmonics": 2, "ratios.driving": "sun", "ratios.held": "ring",
         "radial_force.r": 2 * um, "deflection_at.force": 100.0,
