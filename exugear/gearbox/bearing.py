@@ -197,3 +197,11 @@ def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
     motion = np.eye(6)
     motion[0, 4], motion[1, 3] = lever, -lever
     return motion.T @ stiffness @ motion
+
+
+def is_isotropic(k: np.ndarray) -> bool:
+    """Whether a stiffness matrix (6, 6) is the same in all directions about z."""
+    like, scale = np.zeros((6, 6)), np.sqrt(np.maximum(np.diag(k), np.finfo(float).tiny))
+    like[[0, 1, 2, 3, 4], [0, 1, 2, 3, 4]] = k[0, 0], k[0, 0], k[2, 2], k[3, 3], k[3, 3]
+    like[[0, 4, 1, 3], [4, 0, 3, 1]] = k[0, 4], k[0, 4], -k[0, 4], -k[0, 4]
+    return bool((np.abs(k - like) <= ROUNDING * np.outer(scale, scale)).all())

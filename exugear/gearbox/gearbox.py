@@ -140,13 +140,19 @@ class Gearbox:
 
     @property
     def planets_on_pins(self) -> tuple[str, ...]:
-        """Names of the planets on elastic pins, which move in the plane."""
+        """Names of the planets on elastic pins, which move in the plane or in space."""
         return tuple(shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.bearings)
 
     @property
     def carriers_of_pins(self) -> set[str]:
         """Names of the carriers of such planets."""
         return {self.planets[name].name for name in self.planets_on_pins}
+
+    @property
+    def planets_by_carrier(self) -> dict[str, list[Shaft]]:
+        """The planets on elastic pins by the name of their carrier."""
+        planets = [shaft for shaft in self.shafts if shaft.name in self.planets_on_pins]
+        return {name: [x for x in planets if self.planets[x.name].name == name] for name in self.carriers_of_pins}
 
     def _orbit(self, shaft: Shaft, carrier: Shaft) -> float:
         """Distance [m] of a shaft from the axis of a carrier."""

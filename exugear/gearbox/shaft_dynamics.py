@@ -36,7 +36,8 @@ class ShaftMotion:
     spin, speed   about z [rad, rad/s]
     q, q_t        (n, 5) displacements [m] and tilts [rad] of the centre of mass, and their rates; None for a shaft that
                   only spins; of a planet on a pin along and across the pin's radius, against its carrier
-    velocity      (n, 5) of such a planet against the ground in these directions; else None
+    velocity      (n, 5) of such a planet against the ground; else None
+    tilt_y        (n,) tilt of such a planet in space about its tilted y axis, against the ground [rad]; else None
     """
 
     spin: np.ndarray
@@ -44,6 +45,7 @@ class ShaftMotion:
     q: np.ndarray | None = None
     q_t: np.ndarray | None = None
     velocity: np.ndarray | None = None
+    tilt_y: np.ndarray | None = None
 
 
 def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
@@ -187,7 +189,7 @@ def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: fl
     energy, about_axis = np.zeros(motion.speed.size), motion.speed
     if motion.q is not None and motion.q_t is not None:
         x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity).T
-        b = shaft.offset.tilt_y + motion.q[:, 4]
+        b = shaft.offset.tilt_y + motion.q[:, 4] if motion.tilt_y is None else motion.tilt_y
         about_axis = about_axis + a_t * np.sin(b)
         energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
     for rotor in shaft.rotors:

@@ -137,7 +137,7 @@ class BuiltSystem:
         for name, spin in self.spins.items():
             motions[name][spin] = 1.0
         for pin in self.pins:
-            motions[pin.carrier.name][centre_of(self, pin.planet.name)] = pin.orbit
+            motions[pin.carrier.name][moving_of(self, pin.planet.name)] = pin.orbit
         return motions
 
     @property
@@ -174,7 +174,7 @@ def motion_of(model: BuiltSystem, shafts: np.ndarray) -> np.ndarray:
     for name, shaft in model.gearbox.ends.items():
         motion[model.turning[name]] = by_name[shaft.name]
     for pin in model.pins:
-        motion[centre_of(model, pin.planet.name)] = by_name[pin.carrier.name] * pin.orbit
+        motion[moving_of(model, pin.planet.name)] = by_name[pin.carrier.name] * pin.orbit
     return motion
 
 
@@ -183,9 +183,10 @@ def by_shaft(model: BuiltSystem, values: np.ndarray) -> dict[str, float]:
     return dict(zip([shaft.name for shaft in model.gearbox.shafts], values.tolist(), strict=True))
 
 
-def centre_of(model: BuiltSystem, name: str) -> slice:
-    """Indices of x and y of a body that moves in the plane, by the name of its shaft."""
-    return slice(model.spins[name] - 2, model.spins[name])
+def moving_of(model: BuiltSystem, name: str) -> slice:
+    """Indices of the displacements and tilts of a body, all but its spin, by the name of its shaft."""
+    spin = model.spins[name]
+    return slice(spin - model.scene.shafts[name].spin_index, spin)
 
 
 def require_model(model) -> None:

@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 import exudyn as exu
 import numpy as np
 
+from exugear.multibody.carrier_turns import rigid_motion
 from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
 from exugear.multibody.drive_and_load import is_known_function_of_time
 from exugear.multibody.equilibrium import explained
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, SystemState, set_state_of_system, state_of_system
-from exugear.multibody.model import Model, end_coordinate, motion_of
+from exugear.multibody.model import Model, end_coordinate
 from exugear.multibody.shaft_motion import recorded
 from exugear.multibody.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
@@ -192,7 +193,7 @@ class Solver:
             if known:
                 q[spin], rates[spin] = angle, direction * speed_of(t)
             else:
-                q += (angle - q[spin]) * motion_of(model, motion)
+                q += (angle - q[spin]) * rigid_motion(model, q, motion)
         if known:
             system.SetODE2Coordinates_t(rates, INITIAL)
         system.SetODE2Coordinates(q, INITIAL)

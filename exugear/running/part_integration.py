@@ -12,6 +12,7 @@ from uuid import UUID, uuid4
 import numpy as np
 
 from exugear.multibody.assembly import build
+from exugear.multibody.carrier_turns import rigid_coordinates, rigid_motion
 from exugear.multibody.drive_and_load import ShaftTorques, applied, set_holding_forces
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL, quiet, set_state_of_system
@@ -239,8 +240,9 @@ def seam_error(solver: Solver, step: int, state: RunState, expected: Mapping[int
 def _vibration(solver: Solver, step: int, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) coordinates and velocities of a state less those of the train as a rigid body."""
     model, conditions, t = solver.model, solver.conditions, step * solver.scheme.steps.size
-    coordinates = state.system.coordinates - motion_of(model, conditions.shaft_angles(t))
-    return np.concatenate([coordinates, state.system.velocities - motion_of(model, conditions.shaft_speeds(t))])
+    rigid = rigid_coordinates(model, conditions.shaft_angles(t))
+    velocities = state.system.velocities - rigid_motion(model, rigid, conditions.shaft_speeds(t))
+    return np.concatenate([state.system.coordinates - rigid, velocities])
 
 
 def _rounding(model: Model, state: RunState) -> np.ndarray:
@@ -255,10 +257,9 @@ def _rounding(model: Model, state: RunState) -> np.ndarray:
 def check_parts(model: Model, conditions: Conditions) -> None:
     """ValueError unless the speed at later times is known, and other processes can build the system."""
     free = "executor: the speed of a free train is known only once it has run"
-    orbits = "executor: a set whose planets move in the plane starts from an equilibrium at angle 0 alone"
-    require(not model.pins, f"{orbits}; leave executor out, or leave pin= out")
+    orbits = "executor: a set whose planets turn about a displaced axis starts from an equilibrium at angle 0 alone"
     fixed = any(mesh.frame.fixed.any() for mesh in model.meshes)
-    require(not fixed, f"{orbits.replace('move in the plane', 'turn about a displaced axis')}; leave executor out")
+    require(not fixed, f"{orbits}; leave executor out")
     few = f"{free}; impose {len(conditions.anchors)} by exugear.Speed, or leave executor out"
     require(conditions.prescribed, few)
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
