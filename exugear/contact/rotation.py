@@ -7,6 +7,8 @@ vector, whose rates are the angular velocity along the axes of the body.
 
 from math import cos, sin, sqrt
 
+import numpy as np
+
 from fem.support.numba_cache import compiled, kept
 
 #: Kinds of bodies for compiled code. In a rotated contact frame the attitude of those from RXYZ on has to be computed;
@@ -18,6 +20,9 @@ SIZES = {SPIN_ALONE: 1, IN_PLANE: 3, UPRIGHT: 6, RXYZ: 6, EULER: 7, VECTOR: 6}
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
 PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
 CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
+
+#: Angle [rad] below which series of two terms are exact.
+SMALL_ANGLE = 1e-4
 
 
 @compiled
@@ -113,3 +118,16 @@ def moments(kind, p, matrix, m):
         return x, y, z, 0.0
     z = matrix[0][2] * m[0] + matrix[1][2] * m[1] + matrix[2][2] * m[2]
     return m[0], cos(p[0]) * m[1] + sin(p[0]) * m[2], z, 0.0
+
+
+def velocity_by_vector(vector: np.ndarray) -> np.ndarray:
+    """(3, 3) angular velocity along the axes of a body = matrix . time derivative of its rotation vector (3).
+
+    Source: Bullo and Murray, Proportional derivative control on the Euclidean group, ECC (1995).
+    """
+    x, y, z = vector.tolist()
+    crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angle = sqrt(x * x + y * y + z * z)
+    if angle < SMALL_ANGLE:
+        return np.eye(3) - crossed / 2 + crossed @ crossed / 6
+    return np.eye(3) - (1 - cos(angle)) / angle**2 * crossed + (angle - sin(angle)) / angle**3 * crossed @ crossed

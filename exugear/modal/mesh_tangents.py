@@ -9,30 +9,21 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from exugear.contact.contact_tangent import tangent_of_spins
-from exugear.contact.recorder import Recorder
-from exugear.contact.reference_configuration import is_spatial
 from exugear.mesh_force.kernel_records import changed
-from exugear.multibody.difference_jacobian import jacobian
+from exugear.mesh_force.law_slopes import FORCE
+from exugear.multibody.contact_tangent import ContactTangent
 from exugear.multibody.exudyn_objects import INITIAL
-from exugear.multibody.gear_contact import DIFFERENCE_STEPS, ContactCopy, Records, records_of, stored_contact
+from exugear.multibody.gear_contact import ContactCopy, Records, records_of, stored_contact
 from exugear.multibody.integrator_steps import contact_state
 
 #: Number of phases in a pitch over which stiffness is averaged, and of pitches for which there are so many at most.
 PHASES, PITCHES = 48, 8
-#: The mean is taken at a mesh force smaller by this share, so that differences do not leave a map that ends there.
+#: The mean is taken at a mesh force smaller by this share, so that no phase leaves a map that ends there.
 MARGIN = 1e-4
 #: Share of a map's largest force below which a mesh force is rounding: no teeth are pressed.
 ROUNDING = 1e-9
-#: Share of the penetration of the flanks up to which a difference stays on the side of contact, on which the law is
-#: smooth: across the kink at loss of contact a difference gives half the stiffness.
-WITHIN_CONTACT = 0.25
-#: Step of the rate in the difference of the damping force [m/s].
-RATE = 1e-3
-#: Angles of pinion and wheel against their carrier by those of the three bodies, without it by the first two.
-SPINS_ON_CARRIER = np.array([[1.0, 0.0, -1.0], [0.0, 1.0, -1.0]])
-#: Factor between the ends of brackets of a deflection, and its tolerance [m].
-GROWTH, FINEST = 4.0, 1e-16
+#: First bracket of a deflection [m], factor between the ends of brackets, and tolerance [m].
+FIRST, GROWTH, FINEST = 1e-9, 4.0, 1e-16
 BEYOND = "load: a mesh leaves its map within the mesh cycle; extend the map to a larger torque, or take less load"
 
 
@@ -55,37 +46,41 @@ class MeshTangent(NamedTuple):
 class Contact:
     """A contact that is evaluated beside its system.
 
-    forces     (*coordinates, *velocities) -> generalized forces
-    recorder   whose only sample is that of the last evaluation
-    records    which the forces read by their addresses
+    copy   of the contact, by which it is evaluated
     """
 
-    forces: Callable
-    recorder: Recorder
-    records: Records
+    copy: ContactCopy
+
+    @property
+    def forces(self) -> Callable:
+        """The function: (*coordinates, *velocities) -> generalized forces."""
+        return partial(self.copy.forces, 0.0)
+
+    @property
+    def records(self) -> Records:
+        """Which the forces read by their addresses."""
+        return self.copy.records
 
     def force(self, q: np.ndarray, v: np.ndarray | None = None) -> float:
         """Mesh force [N] at coordinates (n,) and velocities (n,), by default at rest."""
         self.forces(*q.tolist(), *(np.zeros_like(q) if v is None else v).tolist())
-        return float(self.recorder.force[0])
+        return float(self.copy.recorder.force[0])
 
-    def step(self, q: np.ndarray) -> float:
-        """Change of the deflection [m] at coordinates (n,) within which differences do not leave the contact."""
-        force = abs(self.force(q))
-        penetration = 2 * float(self.recorder.power["energy"][0]) / force
-        return min(DIFFERENCE_STEPS[0], WITHIN_CONTACT * penetration)
+    def tangent(self, q: np.ndarray) -> ContactTangent:
+        """The contact linearized at coordinates (n,), at rest."""
+        return self.copy.tangent(q.tolist(), [0.0] * q.size)
 
     def row(self, q: np.ndarray) -> np.ndarray:
         """(n,) slopes of the deflection by the coordinates, of a contact that carries a force at rest."""
-        return -np.array(self.forces(*q.tolist(), *[0.0] * q.size)) / float(self.recorder.force[0])
+        return -np.array(self.forces(*q.tolist(), *[0.0] * q.size)) / float(self.copy.recorder.force[0])
 
 
 def contact_of(mbs, number: int, **changes: float) -> Contact:
     """A contact of a system by its object number, with changes of its frame, without torques that a run adds."""
     contact = stored_contact(mbs, number)
     table, frame, _, friction = contact.records
-    copy = ContactCopy(contact.kernel, (table, changed(frame, **changes), contact_state(), friction))
-    return Contact(partial(copy.forces, 0.0), copy.recorder, copy.records)
+    records = table, changed(frame, **changes), contact_state(), friction
+    return Contact(ContactCopy(contact.kernel, records, contact.kinds))
 
 
 def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTangent]:
@@ -142,23 +137,11 @@ def _motion_of_wheel(mbs, number: int, row: np.ndarray) -> np.ndarray:
 
 
 def _tangent(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> MeshTangent:
-    """The tangent where the mesh carries a force [N], from the coordinates q (n,) on by a motion of unit deflection.
-
-    Exact for bodies that spin; else by differences that stay on the side of contact.
-    """
+    """The tangent where the mesh carries a force [N], from the coordinates q (n,) on by a motion of unit deflection."""
     q = _coordinates_at(contact, q, by_wheel, force)
-    row, (table, frame, *_) = contact.row(q), contact.records
-    if not is_spatial(frame):
-        relative = SPINS_ON_CARRIER[:, : q.size]
-        tangent = tangent_of_spins(table.head, frame, *(relative @ q).tolist(), 0.0, 0.0)
-        matrix = relative.T @ tangent.by_angles @ relative
-        return MeshTangent(row, matrix, tangent.slopes.by_advance, tangent.slopes.by_rate)
-    h = contact.step(q)
-    steps = h / max(1.0, float(np.abs(row).max())), DIFFERENCE_STEPS[1]
-    matrix = jacobian(contact.forces, q.tolist(), [0.0] * q.size, (1.0, 0.0), steps)
-    damping = (contact.force(q, RATE * by_wheel) - contact.force(q)) / RATE
-    stiffness = (contact.force(q + h * by_wheel) - contact.force(q - h * by_wheel)) / (2 * h)
-    return MeshTangent(row, matrix, stiffness, damping)
+    row, tangent = contact.row(q), contact.tangent(q)
+    stiffness = abs(float(tangent.slopes[FORCE] @ tangent.rows @ by_wheel))
+    return MeshTangent(row, tangent.by_coordinates, stiffness, tangent.damping)
 
 
 def _coordinates_at(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> np.ndarray:
@@ -171,7 +154,7 @@ def _coordinates_at(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force
         except ValueError:
             return force
 
-    end, before = DIFFERENCE_STEPS[0], excess(0.0)
+    end, before = FIRST, excess(0.0)
     if before == 0.0:
         return q
     while excess(-np.copysign(end, before)) * before > 0:

@@ -5,7 +5,7 @@ functions of Exudyn.
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Annotated, Any, NamedTuple
 
 import exudyn as exu
@@ -22,7 +22,7 @@ from exugear.mesh_force.kernel_records import address_of
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.contact_kernels import kernel_of
-from exugear.multibody.difference_jacobian import jacobian
+from exugear.multibody.contact_tangent import ContactTangent, HeldContact, contact_tangent, spring_matrix
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
 from exugear.multibody.integrator_steps import contact_state
@@ -31,9 +31,6 @@ from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
 from fem.support.validation import require, require_finite
 
-#: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences would
-#: change an angle by 1e-7 of its value: after a thousand revolutions more than any mesh deflects.
-DIFFERENCE_STEPS = 1e-9, 1e-3
 #: Key of mbs.variables under which a system keeps its contacts; name of the user function of an ObjectGenericODE2.
 CONTACTS, FUNCTION = "gear contacts", "forceUserFunction"
 #: Interval between two samples at which each time of a run is that of the first sample [s].
@@ -155,20 +152,24 @@ def add_contact(mbs, name: str, items, records: Records, recorder: Recorder, pai
     remedy = "pass each contact a recorder of its own"
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     nodes = [node_of(mbs, item) for item in items]
-    kernel = kernel_of(tuple(kind_of(mbs, item) for item in items), records[1], rubs=records[3] is not None)
-    functions = user_functions(mbs, nodes, kernel, records, recorder)
+    kinds = tuple(kind_of(mbs, item) for item in items)
+    kernel = kernel_of(kinds, records[1], rubs=records[3] is not None)
+    functions = user_functions(mbs, nodes, ContactCopy(kernel, records, kinds), records, recorder)
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, **functions)
     item.visualization["show"] = False
     number = mbs.AddObject(item)
-    contact = StoredContact(kernel, records, recorder, mbs.GetObject(number)[FUNCTION], pair)
+    contact = StoredContact(kernel, records, kinds, recorder, mbs.GetObject(number)[FUNCTION], pair)
     mbs.variables[CONTACTS] = [*contacts.values(), contact]
     return number
 
 
-def user_functions(mbs, nodes, kernel, records: Records, recorder: Recorder) -> dict[str, Callable]:
-    """Force and Jacobian of a contact for Exudyn, by their names; the former called without Python where that works."""
+def user_functions(mbs, nodes, copy: "ContactCopy", records: Records, recorder: Recorder) -> dict[str, Callable]:
+    """Force and Jacobian of a contact for Exudyn, by their names; the former called without Python where that works.
+
+    copy   of the contact, for its Jacobian
+    """
     table, frame, state, _ = records
-    all_records, copy = (*records, recorder.header), ContactCopy(kernel, records)
+    kernel, all_records = copy.kernel, (*records, recorder.header)
     evaluate = partial(kernel, *map(address_of, all_records))
     sizes = [len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
 
@@ -179,9 +180,8 @@ def user_functions(mbs, nodes, kernel, records: Records, recorder: Recorder) -> 
             raise stopped(table, frame, error) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        copy.update()
         try:
-            matrix = jacobian(partial(copy.forces, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
+            matrix = copy.spring_matrix(t, q, q_t, (factor, factor_t))
         except ValueError as error:
             raise stopped(table, frame, error) from None
         if state.steps.duration:
@@ -200,8 +200,9 @@ class ContactCopy:
     forces     function (t, *coordinates, *velocities) -> generalized forces
     """
 
-    def __init__(self, kernel, records: Records):
+    def __init__(self, kernel, records: Records, kinds: tuple[str, ...]):
         table, frame, self.state, friction = records
+        self.kernel, self.kinds = kernel, kinds
         self.recorder, self.copied = Recorder(), np.zeros(1, self.state.dtype)
         self.recorder.start(NO_SAMPLE_INTERVAL, 1, power=True)
         self.records = table, frame, self.copied[0], friction
@@ -213,12 +214,31 @@ class ContactCopy:
         self.copied.view(np.uint8)[:] = np.frombuffer(self.state, np.uint8)
         self.copied["steps"]["duration"] = 0.0
 
+    @cached_property
+    def held(self) -> HeldContact:
+        """The copy with its law replaced."""
+        return HeldContact(self.kernel, self.records, self.kinds)
+
+    def spring_matrix(self, t: float, q, q_t, factors: tuple[float, float]) -> np.ndarray:
+        """`exugear.multibody.contact_tangent.spring_matrix` of the contact in its present state."""
+        self.update()
+        return spring_matrix(self.held, t, q, q_t, factors)
+
+    def tangent(self, q, q_t) -> ContactTangent:
+        """The contact linearized at coordinates and velocities (n,)."""
+        self.update()
+        try:
+            return contact_tangent(self.held, q, q_t)
+        finally:
+            self.update()
+
 
 class StoredContact(NamedTuple):
     """What a system keeps of a contact.
 
     kernel     of the contact (`exugear.multibody.contact_kernels.kernel_of`)
     records    that the kernel takes
+    kinds      of its bodies
     recorder   of the contact
     function   that Exudyn calls, as mbs.GetObject returns it
     pair       of the contact
@@ -226,6 +246,7 @@ class StoredContact(NamedTuple):
 
     kernel: Any
     records: Records
+    kinds: tuple[str, ...]
     recorder: Recorder
     function: Any
     pair: GearPair | RingPair

@@ -16,6 +16,7 @@ from exugear.multibody.exudyn_objects import kind_of, node_of
 from exugear.multibody.gear_contact import (
     CONTACTS,
     FUNCTION,
+    ContactCopy,
     StoredContact,
     check_friction,
     check_mesh,
@@ -66,7 +67,9 @@ def CreateGearFriction(
     check_turns(frame, pair, friction=friction.pitches)
     records = table, frame, state, friction.table(contact.pair)
     kernel, nodes = kernel_of(kinds, frame, rubs=True), [node_of(mbs, item) for item in itemNumbers]
-    for function, value in user_functions(mbs, nodes, kernel, records, contact.recorder).items():
+    for function, value in user_functions(
+        mbs, nodes, ContactCopy(kernel, records, kinds), records, contact.recorder
+    ).items():
         mbs.SetObjectParameter(number, function, value)
     replaced = contact._replace(kernel=kernel, records=records, function=mbs.GetObject(number)[FUNCTION])
     known = dict(mbs.variables)[CONTACTS]

@@ -43,7 +43,7 @@ def CreateGearSensor(
 
 def user_function(contact: StoredContact, number: int) -> Callable:
     """The function that Exudyn calls: it evaluates a copy of a contact, which is the object with this number."""
-    copy = ContactCopy(contact.kernel, contact.records)
+    copy = ContactCopy(contact.kernel, contact.records, contact.kinds)
 
     def gear_sensor(mbs, t, sensors, factors, configuration):
         nodes = object_of(mbs, contact, number)["nodeNumbers"]

@@ -41,13 +41,14 @@ the shift, by which the contact evaluates its force at the corrected motion. Pul
 the energies.
 """
 
+from math import nan
 from typing import NamedTuple
 
 import numpy as np
 
 from exugear.contact.contact import Motion, Push, push
 from exugear.contact.relative_position import flank_of
-from exugear.mesh_force.force_kernels import NO_CONTACT
+from exugear.mesh_force.force_kernels import StaticForce
 from exugear.mesh_force.kernel_records import reader, record_type
 from fem.support.numba_cache import compiled
 
@@ -77,18 +78,22 @@ STEPS = record_type(
     *((name, "f8") for name in ("mobility", "lag", "last_imposed_rate", "last_penetration")),
     *((name, "f8") for name in ("pulse", "next_pulse", "pulse_force", "shift", "shift_rate")),
 )
-#: What a system changes in a contact. engaged: 0 takes the gears out of mesh; closed: 1 once teeth have touched. Where
-#: coordinates do not count turns: advance in the last call [m], time of the first call of this solve [s], and whether
-#: this call is at that time. The lag of the integrator's velocities: by the mesh force [m/N], and by the bearings of
-#: pinion and wheel, as factors of their velocities; mobility: acceleration per mesh force [1/kg], 0: unknown;
-#: holding_force: mesh force that balances the load while the bearings are not displaced [N]. Of pinion, wheel and
-#: carrier: constant torques about z that act beside the mesh [N m]; addresses of their imposed motions
-#: (`exugear.multibody.imposed_motion`), 0 without; inertias that the contact itself accelerates as imposed [kg m^2].
-#: steps: `STEPS`.
+#: In mesh; out of mesh; in mesh, and the numbers are noted that the law gives; these numbers, held, stand for the law.
+IN_MESH, OUT_OF_MESH, NOTED, HELD = 1.0, 0.0, 2.0, 3.0
+#: What a system changes in a contact. engaged: one of these four; closed: 1 once teeth have touched. Where coordinates
+#: do not count turns: advance in the last call [m], time of the first call of this solve [s], and whether this call is
+#: at that time. The lag of the integrator's velocities: by the mesh force [m/N], and by the bearings of pinion and
+#: wheel, as factors of their velocities; mobility: acceleration per mesh force [1/kg], 0: unknown; holding_force: mesh
+#: force that balances the load while the bearings are not displaced [N]. Of pinion, wheel and carrier: constant torques
+#: about z that act beside the mesh [N m]; addresses of their imposed motions (`exugear.multibody.imposed_motion`), 0
+#: without; inertias that the contact itself accelerates as imposed [kg m^2]. steps: `STEPS`. For slopes
+#: (`exugear.multibody.contact_tangent`): numbers that the law gives, its stiffness [N/m], side of the flank and
+#: arguments of the law.
 CONTACT_STATE = record_type(
     *((name, "f8") for name in ("engaged", "closed", "advance", "begin", "begins", "lag")),
     *(("pinion_lag", "f8", 6), ("wheel_lag", "f8", 6), ("mobility", "f8"), ("holding_force", "f8")),
     *(("torques", "f8", 3), ("imposed", "i8", 3), ("inertias", "f8", 3), ("steps", STEPS)),
+    *(("numbers", "f8", 6), ("stiffness", "f8"), ("side", "f8"), ("arguments", "f8", 5)),
 )
 state_at = reader(CONTACT_STATE)
 
@@ -96,7 +101,7 @@ state_at = reader(CONTACT_STATE)
 def contact_state() -> np.record:
     """A new state: in mesh, velocities without lag, no call yet."""
     state = np.zeros(1, CONTACT_STATE)
-    state["engaged"], state["begin"] = 1.0, np.inf
+    state["engaged"], state["begin"] = IN_MESH, np.inf
     return state[0]
 
 
@@ -170,13 +175,37 @@ def shifted(motion, advance, rate):
 @compiled
 def push_if_engaged(law, state, motion, offsets):
     """The `Push` of a law, none where the gears are out of mesh; notes whether teeth have touched."""
-    if state.engaged == 0.0:
+    if state.engaged == OUT_OF_MESH or state.engaged == HELD:
         flank = flank_of(law, motion.advance, motion.opening, motion.phase)
-        return Push(flank, NO_CONTACT, 0.0, 0.0, motion.rate, 0.0)
+        note_arguments(state, flank, (0.0, nan, 0.0) if offsets is None else offsets)
+        return held_push(state, flank, motion.rate)
     pushed = push(law, motion, offsets)
     if pushed.static.force > 0.0:
         state.closed = 1.0
+    if state.engaged == NOTED:
+        static, numbers = pushed.static, state.numbers
+        numbers[0], numbers[1], numbers[2] = static.force, static.by_phase, static.by_a
+        numbers[3], numbers[4], numbers[5] = static.by_misalignment, static.by_axial, pushed.damping
+        state.stiffness, state.side = static.stiffness, pushed.flank.side
     return pushed
+
+
+@compiled
+def note_arguments(state, flank, offsets):
+    """Note the side of the flank and the arguments of its law."""
+    arguments, state.side = state.arguments, flank.side
+    arguments[0], arguments[1] = flank.deflection, flank.phase
+    arguments[2], arguments[3], arguments[4] = offsets
+
+
+@compiled
+def held_push(state, flank, rate):
+    """The `Push` of the held numbers, none out of mesh."""
+    held, numbers = 1.0 if state.engaged == HELD else 0.0, state.numbers
+    force, by_phase, c = held * numbers[0], held * numbers[1], held * numbers[5]
+    by_offsets = held * numbers[2], held * numbers[3], held * numbers[4]
+    static = StaticForce(0.0, 0.0, force, 0.0, 0.0, by_phase, by_offsets[0], by_offsets[1], by_offsets[2])
+    return Push(flank, static, c, 0.0, rate, flank.side * force + c * rate)
 
 
 @compiled

@@ -7,6 +7,7 @@ import numpy as np
 
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import state_of
+from exugear.multibody.integrator_steps import OUT_OF_MESH
 
 
 @contextmanager
@@ -16,7 +17,7 @@ def disengaged(mbs, contacts: Collection[int]) -> Iterator[None]:
     engaged = [float(state.engaged) for state in states]
     try:
         for state in states:
-            state.engaged = 0.0
+            state.engaged = OUT_OF_MESH
         yield
     finally:
         for state, value in zip(states, engaged, strict=True):

@@ -20,7 +20,8 @@ from fem.support.numba_cache import compiled, fast, kept
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
 #: slopes of the potential by phase [N m per pitch] and misalignment [N m]; misalignment beside that of the table [rad];
 #: opening of the flanks by the displaced bearings [m]; side of the loaded flank, +1 or -1; phase at the beginning of
-#: the common period, and number of mesh cycles in it; mobility [1/kg] along the line of action.
+#: the common period, and number of mesh cycles in it, < 0 where the phase falls; mobility [1/kg] along the line of
+#: action.
 STEADY_MESH = record_type(
     *((name, "f8") for name in ("force", "deflection", "stiffness", "by_phase", "by_misalignment")),
     *((name, "f8") for name in ("lever", "opening", "side", "phase", "cycles", "mobility")),
@@ -188,15 +189,16 @@ def propagators(first, second, oscillating, pieces):
 
 
 @compiled(forceinline=True)
-def mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samples, number, k):
+def mesh_impulse_step(addresses, rows, shifts, time, step, states, matrix, changes, samples, number, k):
     """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
     table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
     measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
     rate, deflection, phase, misalignment = measures_at(rows, k, measured, states)
-    deflection, phase = mesh.deflection + deflection, mesh.phase + mesh.cycles * time + phase
+    deflection, misalignment = mesh.deflection + shifts[k, 0] + deflection, shifts[k, 2] + misalignment
+    phase = mesh.phase + mesh.cycles * time + shifts[k, 1] + phase
     impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, step)
     if samples.shape[2] > 0:
-        samples[k, 0, number] = mesh.deflection + dot(rows, k, dte_row, states)
+        samples[k, 0, number] = mesh.deflection + shifts[k, 3] + dot(rows, k, dte_row, states)
         samples[k, 1, number], samples[k, 2, number] = impulse.force, impulse.static_force
     apply_impulse(states, rows, k, measured, impulse)
     if matrix.shape[1] > 0:
@@ -204,12 +206,14 @@ def mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samp
 
 
 @kept
-def advance(addresses, rows, pieces, propagators, states, matrix, samples):
+def advance(addresses, rows, shifts, pieces, propagators, states, matrix, samples):
     """Move states (2 n,) over the pieces of a common period, and the columns of a matrix (2 n, c; c = 0: none) as well.
 
     addresses     (m, 2) of the head of a table and of a `STEADY_MESH`, of every mesh
     rows          (m, 2 k + 2, 2 n) of every mesh: rate of the deflection by the states; k measures by the states, k = 1
                   or 3; states by unit impulses on the measures; DTE by the states
+    shifts        (m, 4) deflection, phase, misalignment and DTE of every mesh while the states are 0, less those of its
+                  equilibrium
     pieces        (p, 4) beginning and length over the common period, number of steps, step [s]
     propagators   (p, 2, n, 2, 2) over half a step and over a step
     samples       (m, 3, s) DTE [m], force and static force [N] in the middle of each step; s = 0: none
@@ -223,7 +227,9 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
             time = first + length * (i + 0.5) / steps
             for k in range(len(addresses)):
                 in_turn = k if number % 2 == 0 else len(addresses) - 1 - k
-                mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samples, number, in_turn)
+                mesh_impulse_step(
+                    addresses, rows, shifts, time, step, states, matrix, changes, samples, number, in_turn
+                )
             number += 1
             propagate(half if i == steps - 1 else whole, states, matrix)
 

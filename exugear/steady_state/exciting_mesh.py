@@ -41,17 +41,23 @@ class ExcitingMesh:
     equilibrium   in which the states are 0
     phase         of the driving flank at the beginning of the common period of all meshes that excite
     cycles        number of mesh cycles in the common period, a multiple of the pitches of the law
+    sense         +1 where the phase rises over time, -1 where it falls, as of planets that a carrier drives
     """
 
     law: MeshForce
     equilibrium: MeshEquilibrium
     phase: float = 0.0
     cycles: int = 1
+    sense: int = 1
 
     def record(self, mobility: float) -> np.record:
         """`STEADY_MESH` with a mobility along the line of action [1/kg]."""
         return record_of(
-            STEADY_MESH, **self.equilibrium._asdict(), phase=self.phase, cycles=self.cycles, mobility=mobility
+            STEADY_MESH,
+            **self.equilibrium._asdict(),
+            phase=self.phase,
+            cycles=self.sense * self.cycles,
+            mobility=mobility,
         )
 
     @property
@@ -62,7 +68,7 @@ class ExcitingMesh:
             coast = phases if self.law.coast is None else self.law.coast.jumps
             phases = np.concatenate([phases, self.law.back_phase - coast])
         pitches = self.law.pitches
-        first = (phases - self.phase) % pitches
+        first = (self.sense * (phases - self.phase)) % pitches
         return ((first + np.arange(0, self.cycles, pitches)[:, None]) / self.cycles).ravel()
 
 

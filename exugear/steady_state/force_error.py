@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.modal.mesh_tangents import contact_of
-from exugear.multibody.model import Model
+from exugear.multibody.model import Mesh, Model
 from exugear.steady_state.steady_system import SteadySystem
 
 #: Samples in a cycle of the fastest mesh.
@@ -43,11 +43,20 @@ def force_error(model: Model, reduction: Reduction, states: np.ndarray, frequenc
     sampled, forces = system.sampled(states, frequency, times)
     angles = reduction.angle + system.cycles * times / system.mesh_cycles
     motion = sampled @ (reduction.motions @ system.blocks.coordinates).T
-    positions = reduction.coordinates + angles[:, None] * model.speed_ratios + motion
     errors = []
     for stage, mesh, reduced in zip(reduction.stages, system.meshes, forces.T, strict=True):
         contact = model.meshes[stage].contact
         whole, bodies = contact_of(model.mbs, contact), model.mbs.systemData.GetObjectLTGODE2(contact)
-        exact = np.array([whole.force(q[bodies]) for q in positions])
+        turned = angles[:, None] * _turns(model, model.meshes[stage])
+        exact = np.array([whole.force(q[bodies]) for q in reduction.coordinates + turned + motion])
         errors.append(np.sqrt(np.mean((exact - reduced) ** 2)) / abs(mesh.equilibrium.force))
     return float(max(errors))
+
+
+def _turns(model: Model, mesh: Mesh) -> np.ndarray:
+    """(n_coordinates,) turns of the spins per turn of the driving shaft, those of a set in the frame of its carrier."""
+    ratios, turns = model.gearbox.ratios, np.zeros(model.mbs.systemData.ODE2Size())
+    of_carrier = ratios[mesh.stage.carrier.name] if mesh.stage.carrier else 0
+    for name, spin in model.spins.items():
+        turns[spin] = float(ratios[name] - of_carrier)
+    return turns

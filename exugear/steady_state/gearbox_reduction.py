@@ -16,13 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.layout import OFFSETS
 from exugear.modal.linear_system import LinearSystem, linear_gearbox
 from exugear.modal.mesh_tangents import MeshTangent, averaged_phases, mesh_tangent
 from exugear.modal.operating_point import in_loaded_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL
-from exugear.multibody.model import Mesh, Model
+from exugear.multibody.model import Mesh, Model, centre_of
 from exugear.steady_state.exciting_mesh import ExcitingMesh, MeshEquilibrium
 from exugear.steady_state.force_error import Reduction
 from exugear.steady_state.mesh_measures import (
@@ -33,7 +34,7 @@ from exugear.steady_state.mesh_measures import (
     static_at,
     tilting_stiffness_at,
 )
-from exugear.steady_state.modal_blocks import modal_blocks
+from exugear.steady_state.modal_blocks import Turning, modal_blocks
 from exugear.steady_state.steady_system import SteadySystem
 from fem.gear.involute import involute
 from fem.support.validation import require
@@ -42,6 +43,8 @@ from fem.support.validation import require
 PHASES = 8
 #: Mesh cycles of the common period at most; rounding of ratios of mesh frequencies.
 LONGEST_PERIOD, ROUNDING = 1000, 1e-9
+#: Number of coordinates of a body in the plane.
+PLANAR = 3
 
 
 def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, speed: float, drive: str) -> Reduction:
@@ -60,21 +63,48 @@ def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, 
         further = [mesh for i, mesh in enumerate(meshes) if i not in stages and system.mesh_force[i]]
         variation = max((_variation(model.mbs, mesh) for mesh in further), default=0.0)
     of_stages = [_reduced_mesh(model, meshes[i], system, i, x, q) for i, x in zip(stages, tangents, strict=True)]
-    first = of_stages[0].phase
+    senses = [_sense(model, meshes[stage]) for stage in stages]
+    back = senses[0] * of_stages[0].phase / cycles[0]
     exciting = [
-        ExcitingMesh(mesh.law, mesh.equilibrium, (mesh.phase - first * number / cycles[0]) % mesh.law.pitches, number)
-        for mesh, number in zip(of_stages, cycles, strict=True)
+        ExcitingMesh(mesh.law, mesh.equilibrium, (mesh.phase - sense * number * back) % mesh.law.pitches, number, sense)
+        for mesh, number, sense in zip(of_stages, cycles, senses, strict=True)
     ]
     stiffness = system.stiffness + sum(mesh.stiffness for mesh in of_stages)
     damping = system.damping[0] + sum(mesh.damping for mesh in of_stages)
-    gyroscopic = (system.damping[1] - system.damping[0]) / speed
+    if system.centrifugal is not None:
+        stiffness = stiffness + system.centrifugal[0]
+    gyroscopic, centrifugal = (system.damping[1] - system.damping[0]) / speed, _centrifugal_stiffness(system, speed)
     measures = np.array([mesh.rows for mesh in of_stages]) @ system.motions
     measures = measures if np.abs(measures[:, 1:3]).max() > 0 else measures[:, [0, 3]]
-    mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
-    blocks = modal_blocks(mass, stiffness, damping, measures, gyroscopic, system.rigid)
+    turning = Turning(
+        speed, system.reduced(gyroscopic), system.reduced(centrifugal), system.motions.T @ _centrifugal_load(model)
+    )
+    mass, stiffness, damping = (system.reduced(matrix) for matrix in (system.mass, stiffness, damping))
+    blocks = modal_blocks(mass, stiffness, damping, measures, system.rigid, turning)
     mesh_cycles = float(model.mesh_cycles[stages[0]])
-    steady = SteadySystem(tuple(exciting), blocks, speed, mesh_cycles, variation)
-    return Reduction(steady, [*stages], q, system.motions, -first / mesh_cycles)
+    steady = SteadySystem(tuple(exciting), blocks, mesh_cycles, variation)
+    return Reduction(steady, [*stages], q, system.motions, -back * cycles[0] / mesh_cycles)
+
+
+def _sense(model: Model, mesh: Mesh) -> int:
+    """+1 where the phase of a mesh rises as the driving shaft turns on, -1 where it falls."""
+    ratios, stage = model.gearbox.ratios, mesh.stage
+    against_carrier = ratios[stage.fast.name] - (ratios[stage.carrier.name] if stage.carrier else 0)
+    return 1 if mesh.frame.direction * against_carrier > 0 else -1
+
+
+def _centrifugal_stiffness(system: LinearSystem, speed: float) -> np.ndarray:
+    """(n, n) stiffness that the turning of a carrier's frame adds per (rad/s)^2 of the driving shaft."""
+    return np.zeros_like(system.stiffness) if system.centrifugal is None else system.centrifugal[0] / speed**2
+
+
+def _centrifugal_load(model: Model) -> np.ndarray:
+    """(n,) centrifugal forces of the planets on pins per (rad/s)^2 of the driving shaft [N s^2]."""
+    load = np.zeros(model.mbs.systemData.ODE2Size())
+    for pin in model.pins:
+        ratio = float(model.gearbox.ratios[pin.carrier.name])
+        load[centre_of(model, pin.planet.name)] = pin.planet.mass * ratio**2 * np.asarray(pin.position[:2])
+    return load
 
 
 class ReducedMesh(NamedTuple):
@@ -98,6 +128,9 @@ def _reduced_mesh(
 ) -> ReducedMesh:
     """The mesh of a stage, whose tangent in the linear system is its mean over the mesh cycle, at coordinates q."""
     force = float(system.mesh_force[stage])
+    label = model.gearbox.labels[stage]
+    apart = f"load: in equilibrium the teeth of stage {label} do not touch, though those beside it carry load"
+    require(force != 0, f"{apart}; take a larger load, or smaller errors of the pins")
     side = 1.0 if force > 0 else -1.0
     rows, measures = measures_of(model, mesh, side, q)
     law = _law_at(mesh.law, measures.offsets)
@@ -197,9 +230,25 @@ def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:
 
 
 def check_reducible(model: Model) -> None:
-    """Require a gearbox without planetary sets, and without friction and drag, whose torques depend on the speed."""
-    sets = "model must be without planetary sets, whose steady states are not built yet"
-    require(not model.gearbox.planets, f"{sets}; take exugear.run_up over a slow ramp of the speed, up and down")
+    """Require a gearbox without friction and drag, whose torques depend on the speed, and sets in the plane.
+
+    In the frame that turns with the carrier of planets on pins, stages beside the set whose shafts stand on bearings
+    would change their direction.
+    """
+    kinds, carriers = model.plan.shafts, model.gearbox.carriers_of_pins
+    free = f"model must leave one speed free, the meshes leave those of {[*model.gearbox.independent]}"
+    require(len(model.gearbox.independent) == 1, f"{free}; hold a member of the set, held=...")
+    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
+        on_bearings = [shaft.name for shaft in stage.shafts if kinds[shaft.name].on_bearings]
+        of_set = stage.carrier is not None and stage.carrier.name in carriers
+        in_space = [name for name in on_bearings if of_set and len(kinds[name].components) > PLANAR]
+        space = f"model must have its planetary sets in the plane or spin only, {in_space} move in space"
+        require(not in_space, f"{space}; leave out what tilts them, or take exugear.run_up over a slow ramp")
+        axes = [x.name for x in stage.shafts if x.name not in model.gearbox.planets and x.offset != NO_DISPLACEMENT]
+        turning = f"the axes of {axes} lie beside the others, which turns in the frame of the carrier once a revolution"
+        require(not (stage.carrier and axes), f"{turning}; leave out their offset=, or take exugear.run")
+        beside = f"stage {label} stands beside a set on pins, its shafts must only spin, {on_bearings} move"
+        require(not (carriers and not of_set and on_bearings), f"{beside}; leave out their bearings, or the pins")
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
     require(not rubbing, f"model must be without friction, stages {rubbing} rub; build the gearbox without friction=")
     braked = [shaft.name for shaft in model.gearbox.shafts if shaft.drags]

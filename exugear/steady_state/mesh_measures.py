@@ -95,20 +95,31 @@ def _measured(model: Model, mesh: Mesh, side: float) -> tuple[Callable[[np.ndarr
     components = [model.plan.shafts[shaft.name].components for shaft in shafts]
     spins = [model.spins[shaft.name] for shaft in shafts]
     indices = [spin + np.arange(1 - len(part), 1) for spin, part in zip(spins, components, strict=True)]
+    carrier = _carrier_of_spins(model, mesh)
 
     def at(coordinates: np.ndarray) -> np.ndarray:
         displacements = np.zeros((2, 6))
         for displacement, part, index in zip(displacements, components, indices, strict=True):
             displacement[part] = coordinates[index]
+        displacements[:, 5] -= coordinates[carrier].sum()
         bodies = (tuple(row) for row in displacements.tolist())
         return np.array(spatial_measures(mesh.law.table.head, mesh.frame, side, *bodies))
 
-    return at, np.concatenate(indices)
+    return at, np.concatenate([*indices, np.array(carrier, int)])
+
+
+def _carrier_of_spins(model: Model, mesh: Mesh) -> list[int]:
+    """Index of the spin of the carrier on which both gears only spin; empty without one, and of planets on pins."""
+    carrier = mesh.stage.carrier
+    if carrier is None or carrier.name in model.gearbox.carriers_of_pins:
+        return []
+    return [model.spins[carrier.name]]
 
 
 def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
     """As `measures_of`, of gears that only spin about ideal axes."""
     rows, pinion = np.zeros((4, q.size)), model.spins[mesh.stage.fast.name]
+    carrier, cycles = _carrier_of_spins(model, mesh), mesh.frame.direction * mesh.frame.pitches_per_radian
     rows[0] = rows[3] = mesh.row
-    rows[1, pinion] = mesh.frame.direction * mesh.frame.pitches_per_radian
-    return rows, Measures(float(mesh.row @ q), phase_of(mesh.frame, float(q[pinion])), {})
+    rows[1, pinion], rows[1, carrier] = cycles, -cycles
+    return rows, Measures(float(mesh.row @ q), phase_of(mesh.frame, float(q[pinion] - q[carrier].sum())), {})

@@ -29,7 +29,10 @@ class ModalBlocks:
     measures        (m, k + 1, n, 2) measures = rows . states: k on which forces act, the DTE
     by_impulses     (m, k, n, 2) changes of the states by unit impulses of these forces
     coordinates     (q, 2 n) coordinates of the system = matrix . states
+    speed           of the driving shaft [rad/s]
     by_turning      (2 n, 2 n) rates of the states by the states per rad/s by which the shafts turn faster
+    by_square       (2 n, 2 n) likewise per (rad/s)^2 by which the square of the speed is larger
+    by_load         (2 n,) rates of the states by centrifugal forces, per (rad/s)^2
     left_out        largest share of the modes left out in the compliance or the mobility of a mesh
     """
 
@@ -39,25 +42,39 @@ class ModalBlocks:
     measures: np.ndarray
     by_impulses: np.ndarray
     coordinates: np.ndarray
+    speed: float
     by_turning: np.ndarray
+    by_square: np.ndarray
+    by_load: np.ndarray
     left_out: float
 
-    def turning_faster(self, change: float) -> tuple["ModalBlocks", np.ndarray]:
-        """Blocks of the system whose driving shaft turns faster by a change [rad/s]; states = matrix . their states."""
-        rates = _rates(self.first, self.second, self.oscillating) + change * self.by_turning
+    def rates_at(self, speed: float) -> np.ndarray:
+        """(2 n, 2 n) rates of the states by the states at a speed of the driving shaft [rad/s]."""
+        turning = (speed - self.speed) * self.by_turning + (speed**2 - self.speed**2) * self.by_square
+        return _rates(self.first, self.second, self.oscillating) + turning
+
+    def rest_at(self, speed: float) -> np.ndarray:
+        """(2 n,) states in which centrifugal forces hold the system at a speed of the driving shaft [rad/s]."""
+        if not self.by_load.any():
+            return np.zeros_like(self.by_load)
+        return np.linalg.solve(self.rates_at(speed), -(speed**2) * self.by_load)
+
+    def at_speed(self, speed: float) -> tuple["ModalBlocks", np.ndarray]:
+        """Blocks of the system at a speed of the driving shaft [rad/s]; states = matrix . their states."""
+        rates = self.rates_at(speed)
         values, vectors = np.linalg.eig(rates)
         pairs = _paired(values, vectors, np.linalg.inv(vectors).T)
         matrix, inverse = (x.reshape(len(x), -1) for x in (pairs.outputs, pairs.inputs))
         measures = (self.measures.reshape(-1, len(matrix)) @ matrix).reshape(self.measures.shape)
         by_impulses = (self.by_impulses.reshape(-1, len(matrix)) @ inverse).reshape(self.by_impulses.shape)
         blocks = pairs.first, pairs.second, pairs.oscillating, measures, by_impulses
-        by_turning = inverse.T @ self.by_turning @ matrix
-        return ModalBlocks(*blocks, self.coordinates @ matrix, by_turning, self.left_out), matrix
+        turning = inverse.T @ self.by_turning @ matrix, inverse.T @ self.by_square @ matrix, inverse.T @ self.by_load
+        return ModalBlocks(*blocks, self.coordinates @ matrix, speed, *turning, self.left_out), matrix
 
     @cached_property
     def gyroscopic(self) -> bool:
         """Whether the system depends on the speed."""
-        return bool(self.by_turning.any())
+        return bool(self.by_turning.any() or self.by_square.any() or self.by_load.any())
 
     @property
     def rate_rows(self) -> np.ndarray:
@@ -86,6 +103,21 @@ class ModalBlocks:
         return np.sum(self.rate_rows * self.by_impulses[:, 0], axis=-1)
 
 
+class Turning(NamedTuple):
+    """How a linear system depends on the speed of its driving shaft.
+
+    speed         of its matrices [rad/s]
+    gyroscopic    (n, n) damping per rad/s
+    centrifugal   (n, n) stiffness per (rad/s)^2
+    load          (n,) centrifugal forces per (rad/s)^2
+    """
+
+    speed: float
+    gyroscopic: np.ndarray
+    centrifugal: np.ndarray
+    load: np.ndarray
+
+
 class Pairs(NamedTuple):
     """Eigenvalues as n blocks: first, second, oscillating as in `ModalBlocks`; outputs and inputs (q, n, 2)."""
 
@@ -101,15 +133,15 @@ def modal_blocks(
     stiffness: np.ndarray,
     damping: np.ndarray,
     rows: np.ndarray,
-    gyroscopic: np.ndarray | None = None,
     rigid: np.ndarray | None = None,
+    turning: Turning | None = None,
 ) -> ModalBlocks:
     """Blocks of the system with these matrices (n, n) and the rows (m, k + 1, n) of the measures.
 
     The deflection of a mesh is its first measure, the DTE the last; on the others forces act.
 
-    gyroscopic   (n, n) change of the damping per rad/s by which the driving shaft turns faster
-    rigid        (n, r) motions that no element resists, by default the null space of the stiffness
+    rigid     (n, r) motions that no element resists, by default the null space of the stiffness
+    turning   how the system depends on the speed of the driving shaft, by default not at all
 
     Rigid motions and modes that no mesh force excites are left out.
     """
@@ -126,21 +158,20 @@ def modal_blocks(
     scale = np.take_along_axis(deflections, np.abs(deflections).argmax(axis=0)[None], axis=0)[0]
     pairs = _paired(values[excited], vectors[:n, excited] / scale, inputs[:, excited] * scale)
     measures, by_impulses = np.tensordot(rows, pairs.outputs, 1), np.tensordot(rows[:, :-1], pairs.inputs, 1)
-    by_turning = _by_turning(pairs, np.zeros((n, n)) if gyroscopic is None else modes.T @ gyroscopic @ modes)
+    turning = turning or Turning(0.0, np.zeros_like(mass), np.zeros_like(mass), np.zeros(len(mass)))
+    outputs_of, inputs_of = (x.reshape(n, -1) for x in (pairs.outputs, pairs.inputs))
+    rates = outputs_of @ _rates(pairs.first, pairs.second, pairs.oscillating)
+    by_turning = inputs_of.T @ modes.T @ turning.gyroscopic @ modes @ rates
+    by_square = inputs_of.T @ modes.T @ turning.centrifugal @ modes @ outputs_of
+    by_speed = turning.speed, by_turning, by_square, -inputs_of.T @ modes.T @ turning.load
     left_out = float(shares[:, ~excited].sum(axis=1).max())
     blocks = pairs.first, pairs.second, pairs.oscillating, measures, by_impulses
-    return ModalBlocks(*blocks, modes @ pairs.outputs.reshape(n, -1), by_turning, left_out)
+    return ModalBlocks(*blocks, modes @ outputs_of, *by_speed, left_out)
 
 
 def _shares(terms: np.ndarray) -> np.ndarray:
     """(m, n) shares of the terms of eigenvalues in those of each mesh."""
     return np.abs(terms) / np.abs(terms).sum(axis=1, keepdims=True)
-
-
-def _by_turning(pairs: Pairs, gyroscopic: np.ndarray) -> np.ndarray:
-    """(2 n, 2 n) rates of the states by the states through gyroscopic terms (q, q) of the coordinates."""
-    outputs, inputs = (x.reshape(len(x), -1) for x in (pairs.outputs, pairs.inputs))
-    return inputs.T @ gyroscopic @ outputs @ _rates(pairs.first, pairs.second, pairs.oscillating)
 
 
 def _rates(first: np.ndarray, second: np.ndarray, oscillating: np.ndarray) -> np.ndarray:

@@ -88,15 +88,20 @@ def steady_states(
     computing depends: a revolution of the shaft between two stages, for most numbers of teeth. Branches that enter the
     range from the resonance are then searched only if the range holds it.
 
+    The meshes of a planetary set share their mesh frequency and excite together, each at its phase. Planets on elastic
+    pins are seen in the frame that turns with their carrier, with gyroscopic terms and centrifugal forces. There
+    bearings must be the same in x and y, and all else must only spin; sets in space are refused.
+
     The attribute "force_error" compares the mesh forces at the motion with those of the whole laws: the largest rms of
     the difference over the period, over the mean force, among the largest orbits of the branches;
     "share_of_modes_left_out" is the largest in the compliance or the mobility of a mesh.
 
     Returns a Dataset over `point`, along each `branch`: speed [rad/s], mesh_frequency [Hz], mean, rms, peak_to_peak [m]
     of the DTE, harmonics (point, harmonic) [m] with harmonic_phase [rad], smallest_force, largest_force [N],
-    share_without_contact, period (1 or 2 common periods), stable, largest_multiplier, bifurcation ("fold", "period
-    doubling" or ""). Values of a mesh have a further dimension `stage` where several numbers are given. Orbits of one
-    period, and isolated ones of two, are reached by sweeps over the speed up and down, the others by continuation.
+    share_without_contact, torque_harmonics (point, shaft, harmonic) [N m] of the exciting meshes, period (1 or 2 common
+    periods), stable, largest_multiplier, bifurcation ("fold", "period doubling" or ""). Values of a mesh have a further
+    dimension `stage` where several numbers are given. Orbits of one period, and isolated ones of two, are reached by
+    sweeps over the speed up and down, the others by continuation.
     `exugear.plots.plot_branches` draws them.
 
     Raises ValueError for input out of range, for friction and drag, for stages without a common period or that are
@@ -123,12 +128,19 @@ def steady_states(
     within = Range(lowest * cycles[0] / system.resonance, high * cycles[0] / system.resonance)
     with shown(progress):
         branches = all_branches(system, within)
-    data = labelled(system, branches, cycles[: len(given)], harmonics)
+    levers = _levers(model, reduction)
+    data = labelled(system, branches, cycles[: len(given)], harmonics, levers)
     about = load_attributes(load, torques) | {"drive": drive, "idle_stages": idle, "lowest_speed": float(lowest)}
     about |= _about(model, reduction, branches)
     if np.ndim(stage):
         return data.assign_coords(stage=[model.gearbox.labels[i] for i in given]).assign_attrs(about)
     return data.isel(stage=0).assign_attrs({"stage": model.gearbox.labels[given[0]], **about})
+
+
+def _levers(model: Model, reduction: Reduction) -> dict[str, np.ndarray]:
+    """Of each shaft that meshes turn: (n_mesh,) torque about its axis per force of the meshes that excite [m]."""
+    rows = np.array([model.meshes[stage].row for stage in reduction.stages])
+    return {name: -rows[:, spin] for name, spin in model.spins.items() if rows[:, spin].any()}
 
 
 def _about(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from exugear.mesh_force.kernel_records import address_of
 from exugear.mesh_force.map_range import beyond_map
-from exugear.steady_state.cycle_kernels import NO_SAMPLES, advance, propagators
+from exugear.steady_state.cycle_kernels import MEASURES, NO_SAMPLES, advance, propagators
 from exugear.steady_state.exciting_mesh import ExcitingMesh, times_between_jumps
 from exugear.steady_state.modal_blocks import ModalBlocks
 
@@ -48,29 +48,38 @@ class LinearMotion:
 
     blocks    of the system at this speed
     rows      (m, 2 k + 2, 2 n) as `cycle_kernels.advance`
+    shifts    (m, 4) likewise
     matrix    (2 n, 2 n) states of the system = matrix . states of the blocks
     inverse   of the matrix
+    rest      (2 n,) states of the system about which the states move: centrifugal forces displace it
+
+    States that are kept between speeds count from there.
     """
 
     blocks: ModalBlocks
     rows: np.ndarray
+    shifts: np.ndarray
     matrix: np.ndarray
     inverse: np.ndarray
+    rest: np.ndarray
 
     def propagators(self, pieces: np.ndarray) -> np.ndarray:
         """Matrices of the blocks over the steps of the pieces."""
         return propagators(self.blocks.first, self.blocks.second, self.blocks.oscillating, pieces)
 
 
-def linear_motion(blocks: ModalBlocks, change: float) -> LinearMotion:
-    """The linear system whose driving shaft turns faster than that of its blocks by a change [rad/s]."""
-    matrix = np.eye(2 * blocks.first.size)
+def linear_motion(blocks: ModalBlocks, speed: float) -> LinearMotion:
+    """The linear system at a speed of the driving shaft [rad/s]."""
+    matrix, rest = np.eye(2 * blocks.first.size), blocks.rest_at(speed)
+    by_measures = blocks.measures.reshape(*blocks.measures.shape[:2], -1) @ rest
+    shifts = np.zeros((len(by_measures), MEASURES + 1))
+    shifts[:, : by_measures.shape[1] - 1], shifts[:, MEASURES] = by_measures[:, :-1], by_measures[:, -1]
     if blocks.gyroscopic:
-        blocks, matrix = blocks.turning_faster(change)
+        blocks, matrix = blocks.at_speed(speed)
     measures, dte = blocks.measures[:, :-1], blocks.measures[:, -1:]
     tables = [blocks.rate_rows[:, None], measures, blocks.by_impulses, dte]
     rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
-    return LinearMotion(blocks, rows, matrix, np.linalg.inv(matrix))
+    return LinearMotion(blocks, rows, shifts, matrix, np.linalg.inv(matrix), rest)
 
 
 def sections_of(pieces: np.ndarray) -> list[np.ndarray]:
@@ -106,14 +115,12 @@ class SteadySystem:
 
     meshes        that excite, with a common period
     blocks        linear system at a speed, these meshes with their mean stiffness
-    speed         of the driving shaft [rad/s]
     mesh_cycles   of the reference mesh per radian of the driving shaft
     variation     of the stiffness of any further mesh over its cycle, over its mean, which the linear system contains
     """
 
     meshes: tuple[ExcitingMesh, ...]
     blocks: ModalBlocks
-    speed: float
     mesh_cycles: float
     variation: float = 0.0
     records: tuple[np.record, ...] = field(init=False, repr=False)
@@ -179,10 +186,10 @@ class SteadySystem:
         at_times = np.zeros((times.size, self.size))
         for i, time in enumerate(times):
             at_rest = np.array([[time, 0.0, 1.0, 0.0]])
-            self._call(motion.rows, at_rest, motion.propagators(at_rest), moved, no_matrix, samples[i])
-            at_times[i] = motion.matrix @ moved
+            self._call(motion, at_rest, motion.propagators(at_rest), moved, no_matrix, samples[i])
+            at_times[i] = motion.rest + motion.matrix @ moved
             section = slice(bounds[i], bounds[i + 1])
-            self._call(motion.rows, pieces[section], moves[section], moved, no_matrix, NO_SAMPLES)
+            self._call(motion, pieces[section], moves[section], moved, no_matrix, NO_SAMPLES)
         return at_times, samples[:, :, 2, 0]
 
     def pieces(self, frequency: float, bounds: np.ndarray | None = None) -> np.ndarray:
@@ -198,11 +205,11 @@ class SteadySystem:
 
     def at(self, frequency: float) -> LinearMotion:
         """The linear motion at a mesh frequency [Hz]: gyroscopic terms grow with the speed."""
-        change = frequency / self.mesh_cycles - self.speed if self.blocks.gyroscopic else 0.0
-        if change not in self._at:
+        speed = frequency / self.mesh_cycles if self.blocks.gyroscopic else self.blocks.speed
+        if speed not in self._at:
             self._at.clear()
-            self._at[change] = linear_motion(self.blocks, change)
-        return self._at[change]
+            self._at[speed] = linear_motion(self.blocks, speed)
+        return self._at[speed]
 
     def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:
         """The states after a number of common periods, with their slopes.
@@ -216,7 +223,7 @@ class SteadySystem:
         for number, (section, moves) in enumerate(sections * periods):
             if number > 0:
                 columns, directions = not_forgotten(columns, directions)
-            self._call(motion.rows, section, moves, moved, columns, NO_SAMPLES)
+            self._call(motion, section, moves, moved, columns, NO_SAMPLES)
         return PeriodEnd(motion.matrix @ moved, motion.matrix @ columns @ directions)
 
     def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, periods: int) -> np.ndarray:
@@ -245,24 +252,26 @@ class SteadySystem:
         moved, moves, tables = motion.inverse @ states, motion.propagators(pieces), []
         for _ in range(periods):
             samples = np.empty((len(self.meshes), 3, numbers.sum()))
-            self._call(motion.rows, pieces, moves, moved, np.zeros((self.size, 0)), samples)
+            self._call(motion, pieces, moves, moved, np.zeros((self.size, 0)), samples)
             tables.append(samples)
         middles = [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
         weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), periods) / periods
         times = (np.arange(periods)[:, None] + np.concatenate(middles)).ravel()
         columns = tables[0] if periods == 1 else np.concatenate(tables, axis=-1)
-        return [Orbit(weight, x.phase + x.cycles * times, *y) for x, y in zip(self.meshes, columns, strict=True)]
+        return [
+            Orbit(weight, x.phase + x.sense * x.cycles * times, *y) for x, y in zip(self.meshes, columns, strict=True)
+        ]
 
     def _moved(self, states: np.ndarray, pieces: np.ndarray, frequency: float, periods: int) -> np.ndarray:
         """The states after a number of common periods of these pieces."""
         motion = self.at(frequency)
         moved, moves, no_columns = motion.inverse @ states, motion.propagators(pieces), np.zeros((self.size, 0))
         for _ in range(periods):
-            self._call(motion.rows, pieces, moves, moved, no_columns, NO_SAMPLES)
+            self._call(motion, pieces, moves, moved, no_columns, NO_SAMPLES)
         return motion.matrix @ moved
 
-    def _call(self, rows, pieces, moves, states, matrix, samples) -> None:
+    def _call(self, motion: LinearMotion, pieces, moves, states, matrix, samples) -> None:
         try:
-            advance(self.addresses, rows, pieces, moves, states, matrix, samples)
+            advance(self.addresses, motion.rows, motion.shifts, pieces, moves, states, matrix, samples)
         except ValueError as error:
             raise ValueError(beyond_map(self.meshes[0].law.table.head, error.args)) from None
