@@ -195,7 +195,7 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         return mbs.AddObject(eii.ObjectRotationalMass1D(name=shaft.name, **data))
     if coordinates is Coordinates.PLANAR:
         node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
-        data = {"mass": shaft.mass, "inertia": shaft.inertia, "nodeNumber": node}
+        data = {"mass": shaft.mass, "inertia": shaft.body_inertia, "nodeNumber": node}
         body = mbs.AddObject(eii.ObjectRigidBody2D(name=shaft.name, **data))
         if shaft.name not in gearbox.planets:
             add_bearings(mbs, node, shaft, coordinates)
@@ -204,7 +204,7 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         name=shaft.name,
         referencePosition=[x, y, z],
         referenceRotationMatrix=RotXYZ2RotationMatrix([a, b, 0.0]),
-        inertia=RigidBodyInertia(mass=shaft.mass, inertiaTensor=np.diag([shaft.transverse] * 2 + [shaft.inertia])),
+        inertia=RigidBodyInertia(mass=shaft.mass, inertiaTensor=np.diag([shaft.transverse] * 2 + [shaft.body_inertia])),
         nodeType=exu.NodeType.RotationRxyz,
     )
     if coordinates is Coordinates.JOINT:

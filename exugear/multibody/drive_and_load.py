@@ -75,7 +75,7 @@ class DriveAndLoad:
 
     def __post_init__(self):
         held = self.held
-        braked = held is not None and held.coupling is None and bool(held.drags)
+        braked = held is not None and held.end_rotor is None and bool(held.drags)
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
         self.constrained = braked or added or self._observed()
 
@@ -125,7 +125,7 @@ class DriveAndLoad:
             state = state_of(mbs, mesh.contact)
             state.torques[:], state.imposed[:], state.inertias[:] = 0.0, 0, 0.0
         hold_members(self.model)
-        if mbs.variables.pop(MOTION, None) and self.held and self.held.coupling:
+        if mbs.variables.pop(MOTION, None) and self.held and self.held.end_rotor:
             _delete(mbs, COUPLING)
             self._set_spring(self.held, True)
         if self.outside:

@@ -218,7 +218,7 @@ def by_name() -> dict[str, Any]:
         "plot_contact_pattern.name": "pressure", "plot_load_distribution.name": "pressure",
         **{f"{name}.loads": None for name in ("modes", "campbell", "eigenfrequencies", "steady_states", "plan")},
         "Coupling.further": (), "Coupling.name": "",
-        "integrator.mbs": two_bodies()[1], "modes.speed": 10.0, "campbell.harmonics": 2,
+        "integrator.mbs": two_bodies()[1], "modes.speed": 10.0, "bending_frequencies.speed": 10.0, "campbell.harmonics": 2,
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], speed=(0.0, 60.0), load=100.0),
