@@ -25,6 +25,8 @@ from fem.units import mm
 #: Largest relaxation time of couplings [s], beyond which the user is taken to mean another unit; stiffness [N m/rad]
 #: from which on the user is taken to mean a rigid coupling.
 RELAXATION, RIGID = 1.0, 1e12
+#: Relative difference of a field from its value by the sections that is rounding.
+ROUNDING = 1e-9
 #: Distance of a coupling from the end of a shaft that is rounding [m]; longest element over the diameter of a shaft.
 AT_END, ELEMENT = 1e-6, 0.125
 #: Least eigenvalue of a stiffness matrix, scaled to a unit diagonal, that counts as support of a shaft.
@@ -246,13 +248,18 @@ class Shaft:
             require(self.torque_at is None, f"{rigid}; leave it out, or pass sections=[(d, length), ...]")
             return
         object.__setattr__(self, "sections", sections_of(owner, self.sections))
-        given = [x for x in ("inertia", "mass", "transverse", "length") if getattr(self, x) is not None]
-        remedy = f"leave {', '.join(given)} out, or add a Disc for what the sections lack"
-        require(not given, f"sections of {owner} give its mass, inertia and length; {remedy}")
-        object.__setattr__(self, "length", float(bounds_of(self.sections)[-1]))
+        self._derive("length", float(bounds_of(self.sections)[-1]))
         if self.torque_at is not None:
             within = 0 <= self.torque_at <= self.length
             require(within, f"torque_at of {owner} must lie in [0, {self.length:g}] m, got {self.torque_at:g}")
+
+    def _derive(self, name: str, value: float) -> None:
+        """Set a field by its value, which a shaft with sections may be given but not otherwise."""
+        given = getattr(self, name)
+        alike = given is None or not self.sections or abs(given - value) <= ROUNDING * value
+        other = f"sections of shaft {self.name!r} give its {name}, {value:.6g}, got {given}"
+        require(alike, f"{other}; leave {name} out, or add a Disc for what the sections lack")
+        object.__setattr__(self, name, value if given is None else given)
 
     def _check_parts(self) -> None:
         require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
@@ -285,14 +292,11 @@ class Shaft:
             self._fill_without_body()
             return
         object.__setattr__(self, "centre", sum(disc.mass * axial for axial, disc in turning) / total)
-        if self.mass is None:
-            object.__setattr__(self, "mass", total)
-        if self.inertia is None:
-            object.__setattr__(self, "inertia", sum(disc.inertia for _, disc in turning))
-        if self.transverse is None:
-            levers = [disc.mass * (axial - self.centre) ** 2 for axial, disc in turning]
-            widths = [disc.transverse - disc.inertia / 2 for _, disc in turning]
-            object.__setattr__(self, "transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
+        self._derive("mass", total)
+        self._derive("inertia", sum(disc.inertia for _, disc in turning))
+        levers = [disc.mass * (axial - self.centre) ** 2 for axial, disc in turning]
+        widths = [disc.transverse - disc.inertia / 2 for _, disc in turning]
+        self._derive("transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
 
     def _fill_without_body(self) -> None:
         """Centre and transverse inertia of a shaft whose parts have no mass: of a carrier, or of a `RingPair`."""
