@@ -1,4 +1,4 @@
-"""A shaft with a few elastic coordinates: a beam of finite elements reduced to shapes that its gears and bearings excite.
+"""A shaft with a few elastic coordinates: its beam reduced to the shapes that its gears and bearings excite.
 
 Decoupled coordinates are the motion of the rigid shaft, x, y, z and rotations about x, y, z at its centre of mass, and
 amplitudes of elastic shapes. In bending the shapes span, in each of the two planes, the static deflections on the
@@ -26,8 +26,11 @@ import numpy as np
 import scipy
 
 from exugear.gearbox.beam import Beam, twist_shapes
+from exugear.gearbox.bearing_law import linear_part, radial_secant
 from exugear.gearbox.shaft import Shaft
 
+#: Iterations for the secant stiffness of nonlinear bearings.
+ITERATIONS = 30
 #: Angular frequency up to which shapes keep their mass [rad/s].
 CAP = 2 * pi * 15e3
 #: Share of the largest eigenvalue of the scaled Gram matrix below which shapes depend on one another.
@@ -97,6 +100,18 @@ class ElasticShaft:
         """(6, 6 + m) coordinates of the body of a gear by the decoupled coordinates."""
         return rigid_motion(self.shaft.centre - axial) @ self.motion_at(axial)
 
+    def decoupled(self, of_body: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+        """(n, 5 + m) rigid motion without the spin and elastic coordinates, from the motion (n, 5) of the first body.
+
+        amplitudes   (n, m) elastic coordinates; all of them may be rates
+        """
+        shapes = self.of_body(self.shaft.stations[0])[:5, 6:]
+        return np.column_stack([of_body - amplitudes @ shapes.T, amplitudes])
+
+    def of_first_body(self, decoupled: np.ndarray) -> np.ndarray:
+        """(n, 5) motion of the first body from what `decoupled` returns."""
+        return decoupled[:, :5] + decoupled[:, 5:] @ self.of_body(self.shaft.stations[0])[:5, 6:].T
+
     @cached_property
     def to_nodes(self) -> np.ndarray:
         """(size, size) coordinates of the bodies, in the order of `Shaft.stations`, and of the node, by decoupled ones.
@@ -119,6 +134,26 @@ class ElasticShaft:
     def over_nodes(self, matrix: np.ndarray) -> np.ndarray:
         """A matrix over the decoupled coordinates as one over those of the bodies and of the node."""
         return self.from_nodes.T @ matrix @ self.from_nodes
+
+    def static_displacement(self, forces: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
+        """(size,) static coordinates of the bodies and of the node under forces (size,), the first body not turning.
+
+        Also the radial force of each nonlinear bearing [N] by its axial position. Nonlinear bearings have their secant
+        stiffness under their forces, beyond the end of a table that at its end.
+        """
+        bearings = {axial: (self.at_bearing(axial), bearing) for axial, bearing in self.shaft.bearings.items()}
+        nonlinear = {axial: pair for axial, pair in bearings.items() if not pair[1].linear}
+        linear = sum((rows.T @ linear_part(b, 0.0) @ rows for rows, b in bearings.values()), self.stiffness_matrix)
+        secants, radial_forces = {x: float(b.stiffness[0, 0]) for x, (_, b) in nonlinear.items()}, dict.fromkeys(nonlinear, 0.0)
+        free, q = np.delete(np.arange(self.size), 5), np.zeros(self.size)
+        for _ in range(ITERATIONS if nonlinear else 1):
+            total = linear + sum(k * bearings[x][0][:2].T @ bearings[x][0][:2] for x, k in secants.items())
+            q[free] = np.linalg.solve(total[np.ix_(free, free)], forces[free])
+            for x, (rows, bearing) in nonlinear.items():
+                radial_forces[x] = float(secants[x] * np.hypot(*(rows[:2] @ q)))
+                if radial_forces[x] > 0:
+                    secants[x] = radial_secant(bearing, radial_forces[x])
+        return q, radial_forces
 
     def at_bearing(self, axial: float) -> np.ndarray:
         """(6, size) motion at a bearing by the coordinates of the bodies and of the node."""

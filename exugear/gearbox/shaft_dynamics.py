@@ -16,6 +16,7 @@ from exugear.gearbox.bearing_law import (
     strain_energy,
 )
 from exugear.gearbox.drag import braking_torque
+from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.shaft import Shaft
 
 #: Iterations for the secant stiffness of nonlinear bearings.
@@ -31,6 +32,7 @@ class ShaftMotion:
     spin, speed   about z [rad, rad/s]
     q, q_t        (n, 5) displacements [m] and tilts [rad] of the centre of mass, and their rates; None for a shaft that
                   only spins; of a planet on a pin along and across the pin's radius, against its carrier
+    elastic       the shaft if it is elastic; q and q_t are then (n, 5 + m) with its m elastic coordinates
     velocity      (n, 5) of such a planet against the ground in these directions; else None
     """
 
@@ -39,6 +41,7 @@ class ShaftMotion:
     q: np.ndarray | None = None
     q_t: np.ndarray | None = None
     velocity: np.ndarray | None = None
+    elastic: ElasticShaft | None = None
 
 
 def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
@@ -65,14 +68,17 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
     return q, radial_forces
 
 
-def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:
+def bearing_forces(
+    shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray, elastic: ElasticShaft | None = None
+) -> None:
     """Add the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
-    q, q_t   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
-             their rates
+    q, q_t    displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
+              their rates; of an elastic shaft (n, 5 + m) with its m elastic coordinates
+    elastic   the shaft if it is elastic
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
-        motion = _motion_at(shaft, axial, q.shape[1])
+        motion = _motion_at(shaft, axial, q.shape[1], elastic)
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
         points = None if bearing.linear else radial_points(bearing)
@@ -87,28 +93,38 @@ def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndar
                 force[:2, block] += radial_reaction(points, bearing.damping_time, *moved)
 
 
-def bearing_displacements(shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray) -> None:
+def bearing_displacements(
+    shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray, elastic: ElasticShaft | None = None
+) -> None:
     """Compute the displacements (n_bearing, 3, n) [m] of a shaft at all its bearings, in their order.
 
-    q   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad]
+    q, elastic   as in `bearing_forces`
     """
     for axial, displacement in zip(shaft.bearings, at_bearings, strict=True):
-        displacement[:] = _motion_at(shaft, axial, q.shape[1])[:3] @ q.T
+        displacement[:] = _motion_at(shaft, axial, q.shape[1], elastic)[:3] @ q.T
 
 
-def _motion_at(shaft: Shaft, axial: float, components: int) -> np.ndarray:
-    """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass."""
+def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaft | None) -> np.ndarray:
+    """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass.
+
+    The components of an elastic shaft contain its elastic coordinates.
+    """
+    if elastic:
+        return np.delete(elastic.motion_at(axial), 5, axis=1)
     motion = np.eye(6)[:, :5]
     motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
     return motion[:, :components]
 
 
 def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
-    """(n,) energy of all bearings and torque supports of a shaft [J]; 0 for a shaft that only spins."""
+    """(n,) energy of all bearings and torque supports of a shaft [J], and of its own strain; 0 where it only spins."""
     energy = 0.5 * sum(support.torsion for support in shaft.torque_supports) * np.square(motion.spin, dtype=float)
     if motion.q is not None:
         for axial, bearing in shaft.bearings.items():
-            energy += strain_energy(bearing, axial - shaft.centre, motion.q)
+            at_bearing = motion.q @ _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5].T
+            energy += strain_energy(bearing, 0.0, at_bearing)
+    if motion.elastic and motion.q is not None:
+        energy += 0.5 * motion.q[:, 5:] ** 2 @ motion.elastic.stiffness
     return energy
 
 
@@ -116,22 +132,32 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
     """(n,) power [W] that each bearing of a shaft dissipates, by its axial position [m]."""
     if motion.q is None or motion.q_t is None:
         return {}
-    return {
-        axial: dissipated_power(bearing, axial - shaft.centre, motion.q, motion.q_t)
-        for axial, bearing in shaft.bearings.items()
-    }
+    losses = {}
+    for axial, bearing in shaft.bearings.items():
+        rows = _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5]
+        losses[axial] = dissipated_power(bearing, 0.0, motion.q @ rows.T, motion.q_t @ rows.T)
+    return losses
 
 
-def braking_torques(shaft: Shaft, omega: np.ndarray, q: np.ndarray | None) -> np.ndarray:
+def elastic_loss(motion: ShaftMotion) -> np.ndarray:
+    """(n,) power [W] that the damping of an elastic shaft dissipates; 0 of a rigid one."""
+    if motion.elastic is None or motion.q_t is None:
+        return np.zeros(motion.spin.size)
+    return motion.q_t[:, 5:] ** 2 @ motion.elastic.damping
+
+
+def braking_torques(
+    shaft: Shaft, omega: np.ndarray, q: np.ndarray | None, elastic: ElasticShaft | None = None
+) -> np.ndarray:
     """(n,) torque of all drags of a shaft against its rotation [N m].
 
-    omega   (n,) speed of the shaft [rad/s]
-    q       (n, 2 or 5) displacements [m] and tilts [rad] of its centre of mass; None where it only spins
+    omega        (n,) speed of the shaft [rad/s]
+    q, elastic   as in `bearing_forces`; q None where the shaft only spins
     """
     loads: dict[float, np.ndarray] = {}
     if q is not None:
         forces = np.zeros((len(shaft.bearings), 3, omega.size))
-        bearing_forces(shaft, q, np.zeros_like(q), forces)
+        bearing_forces(shaft, q, np.zeros_like(q), forces, elastic)
         loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
     torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)
@@ -147,10 +173,15 @@ def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: fl
     motion = motions[shaft.name]
     energy, about_axis = np.zeros(motion.speed.size), motion.speed
     if motion.q is not None and motion.q_t is not None:
-        x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity).T
-        b = shaft.offset.tilt_y + motion.q[:, 4]
-        about_axis = about_axis + a_t * np.sin(b)
-        energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
+        x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity)[:, :5].T
+        of_body, rates = motion.q, motion.q_t
+        if motion.elastic:
+            of_body, rates = motion.elastic.of_first_body(motion.q), motion.elastic.of_first_body(motion.q_t)
+            energy = energy + motion.q_t[:, 5:] ** 2 @ motion.elastic.inertia[6:]
+            about_axis = about_axis - motion.q_t[:, 5:] @ motion.elastic.of_body(shaft.stations[0])[5, 6:]
+        b = shaft.offset.tilt_y + of_body[:, 4]
+        about_axis = about_axis + rates[:, 3] * np.sin(b)
+        energy = energy + shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
     for rotor in shaft.rotors:
         energy = energy + rotor.coupling.inertia * motions[rotor.name].speed ** 2
     return 0.5 * (energy + inertia * about_axis**2)

@@ -24,6 +24,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
+from exugear.multibody.elastic_shafts import BuiltShaft, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
@@ -58,14 +59,18 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
-    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
+    elastics: dict[str, BuiltShaft] = {}
+    bodies = {
+        shaft.name: add_body(mbs, ground, gearbox, shaft, scene, elastics) for shaft in gearbox.shafts
+    }
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
         add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
     for shaft in gearbox.shafts:
         add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
-    contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
+    numbers_of_stages = range(len(gearbox.stages))
+    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, elastics) for number in numbers_of_stages]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
@@ -79,13 +84,14 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     spins = {
         name: mbs.GetNodeODE2Index(node_of(mbs, body)) + scene.shafts[name].spin_index for name, body in bodies.items()
     }
+    elastics = {name: located(mbs, elastic) for name, elastic in elastics.items()}
     rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
     meshes = tuple(
-        _mesh(stage, scene, label, contact, _row(mbs, stage, contact.frame, spins, scene))
+        _mesh(stage, scene, label, contact, _row(mbs, stage, contact.frame, spins, elastics, scene))
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins)
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins, elastics)
     hold_members(system)
     return linearized(system, gearbox.driving.name)
 
@@ -99,6 +105,9 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
     require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
     _check_suits(scene, suitable)
+    sections = {shaft.name: shaft for shaft in gearbox.shafts if shaft.sections}
+    altered = [name for name, elastic in scene.elastic.items() if elastic.shaft != sections.get(name)]
+    require(not altered, f"plan is for shafts {altered} with other sections or parts; pass exugear.plan(gearbox)")
     same = not gearbox.planets or dict(scene.shafts) == dict(suitable.shafts)
     unreduced = "plan gives shafts of a planetary set other coordinates than they need, which is not built yet"
     require(same, f"{unreduced}; pass exugear.plan(gearbox)")
@@ -129,10 +138,14 @@ class AddedContact(NamedTuple):
     frame: np.record
 
 
-def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> AddedContact:
+def _add_contact(
+    mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int], elastics: Mapping[str, BuiltShaft]
+) -> AddedContact:
     """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[shaft.name] for shaft in stage.shafts]
+    for side, (name, axial) in enumerate(stage.ends):
+        items[side] = elastics[name].bodies[axial] if name in elastics else items[side]
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
@@ -161,8 +174,16 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
 
 
-def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: Plan) -> np.ndarray:
+def _row(
+    mbs,
+    stage: Stage,
+    frame: np.record,
+    spins: Mapping[str, int],
+    elastics: Mapping[str, BuiltShaft],
+    scene: Plan,
+) -> np.ndarray:
     """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
+    spins = dict(spins) | {name: elastics[name].spins[axial] for name, axial in stage.ends if name in elastics}
     is_planar_set = any(scene.shafts[shaft.name].on_bearings for shaft in (stage.fast, stage.slow))
     row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
     if is_spatial(frame):
@@ -178,9 +199,20 @@ def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: P
     return row
 
 
-def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
-    """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body."""
-    body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
+def add_body(
+    mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, elastics: dict[str, BuiltShaft]
+) -> int:
+    """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body.
+
+    elastics   elastic shafts by their names, to which the shaft is added where the scene has it elastic; its body is
+               that of the gear next to its end
+    """
+    coordinates = scene.shafts[shaft.name]
+    if shaft.name in scene.elastic:
+        elastics[shaft.name] = add_elastic_shaft(mbs, pose(gearbox, shaft), scene.elastic[shaft.name])
+        body = elastics[shaft.name].bodies[shaft.stations[0]]
+    else:
+        body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
     add_drags(mbs, node_of(mbs, body), shaft, coordinates)
     return body
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
-from exugear.multibody.model import Mesh, Model
+from exugear.multibody.model import Mesh, Model, on_body
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
 
@@ -29,8 +29,8 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> Non
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
     for i, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
         components = model.plan.shafts[shaft.name].components[:-1]
-        displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
-        steps.by_displacement[i, components], steps.by_velocity[i, components] = by_bearings[:, displacements]
+        by_displacement, by_velocity = (on_body(model, mesh.stage, shaft, forces) for forces in by_bearings)
+        steps.by_displacement[i, components], steps.by_velocity[i, components] = by_displacement, by_velocity
 
 
 @contextmanager

@@ -23,7 +23,14 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
-from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects, hold_members
+from exugear.multibody.model import (
+    Model,
+    end_coordinate,
+    further_loads,
+    further_objects,
+    hold_members,
+    is_first,
+)
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
@@ -77,7 +84,8 @@ class DriveAndLoad:
         held = self.held
         braked = held is not None and held.end_rotor is None and bool(held.drags)
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
-        self.constrained = braked or added or self._observed()
+        several = held is not None and held.end_rotor is None and held.name in self.model.elastics
+        self.constrained = braked or added or (several and len(held.stations) > 1) or self._observed()
 
     def _observed(self) -> bool:
         """Whether sensors of the user measure constraint or load."""
@@ -208,7 +216,7 @@ class DriveAndLoad:
                 (mesh, side)
                 for mesh in self.model.meshes
                 for side, shaft in enumerate(mesh.stage.shafts)
-                if shaft.name == end.shaft
+                if shaft.name == end.shaft and is_first(self.model, mesh.stage, shaft)
             )
             state_of(self.model.mbs, mesh.contact).torques[side] = self._constant_torque(end)
 

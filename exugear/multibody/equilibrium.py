@@ -15,7 +15,15 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model, centre_of, end_coordinate, held_by_joints, matrices_without_meshes
+from exugear.multibody.model import (
+    Mesh,
+    Model,
+    centre_of,
+    end_coordinate,
+    gear_spin,
+    held_by_joints,
+    matrices_without_meshes,
+)
 from exugear.multibody.planet_pins import Pin
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
@@ -121,9 +129,9 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
     if held.rotors:
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
         inertia_torque = box.inertias[anchor] * accelerations[anchor]
-        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - inertia_torque
+        on_shaft = float(by_meshes @ model.spin_motions[anchor]) + drags[box.shafts.index(held)] - inertia_torque
         twisted = _twisted(held, held.end, on_rotors | {anchor: on_shaft})
-        q[spin] += twisted[anchor]
+        q += twisted[anchor] * model.spin_motions[anchor]
     q = _with_mesh_forces(model, forces, q, anchor)
     for shaft in box.shafts:
         fixed = rigid[spin] if shaft.name == anchor else q[model.spins[shaft.name]]
@@ -313,8 +321,11 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
     q, on_coordinates = np.zeros(model.mbs.systemData.ODE2Size()), -forces @ np.array([m.row for m in model.meshes])
     for shaft in model.gearbox.shafts:
-        kind, spin = model.scene.shafts[shaft.name], model.spins[shaft.name]
-        if kind.on_bearings:
+        kind, spin, built = model.scene.shafts[shaft.name], model.spins[shaft.name], model.elastics.get(shaft.name)
+        if built:
+            q[built.indices], radial_forces = built.elastic.static_displacement(on_coordinates[built.indices])
+            _check_tables(shaft, radial_forces)
+        elif kind.on_bearings:
             moving, on_centre = slice(spin - kind.spin_index, spin), np.zeros(6)
             on_centre[kind.components[:-1]] = on_coordinates[moving]
             displacement, radial_forces = static_displacement(shaft, on_centre, kind.components[:-1])
@@ -376,7 +387,7 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor:
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection [m] of a mesh under a force [N] at coordinates q; NoEquilibrium for loads beyond the map."""
     law = mesh.law
-    spin = q[model.spins[mesh.stage.fast.name]]
+    spin = q[gear_spin(model, mesh.stage, mesh.stage.fast)]
     if mesh.stage.carrier:
         spin -= q[model.spins[mesh.stage.carrier.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin

@@ -13,10 +13,12 @@ from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing_law import radial_part
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
+from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import call_path
+from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
@@ -88,6 +90,7 @@ class BuiltSystem:
     rotor_spins     of each rotor behind a coupling, by its name: index of its spin
     end_markers     of each shaft: marker on the spin that drive or load acts on, of a rotor if there is a coupling
     pins            of the planets that move in the plane
+    elastics        of the elastic shafts: their bodies and coordinates
     drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
                     solved both may be out of the system (`exugear.multibody.drive_and_load`)
     """
@@ -104,6 +107,7 @@ class BuiltSystem:
     drive: int
     load: int
     pins: tuple[Pin, ...]
+    elastics: Mapping[str, BuiltShaft]
 
     @property
     def rotors(self) -> dict[str, int]:
@@ -124,6 +128,8 @@ class BuiltSystem:
         ratios = np.zeros(self.mbs.systemData.ODE2Size())
         for name, shaft in self.gearbox.ends.items():
             ratios[self.turning[name]] = self.gearbox.ratios[shaft.name]
+        for name, built in self.elastics.items():
+            ratios[[*built.spins.values()]] = self.gearbox.ratios[name]
         for pin in self.pins:
             ratios[centre_of(self, pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
         return ratios
@@ -133,7 +139,7 @@ class BuiltSystem:
         """(n_coordinates,) small motion per angle of each shaft; planets on pins move along with their carrier."""
         motions = {name: np.zeros(self.mbs.systemData.ODE2Size()) for name in self.spins}
         for name, spin in self.spins.items():
-            motions[name][spin] = 1.0
+            motions[name][[spin, *(self.elastics[name].spins.values() if name in self.elastics else ())]] = 1.0
         for pin in self.pins:
             motions[pin.carrier.name][centre_of(self, pin.planet.name)] = pin.orbit
         return motions
@@ -269,8 +275,9 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per
     for by_displacement, shaft in zip(by_bearings, (built.stage.fast, built.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()) and not orbits:
             components = system.scene.shafts[shaft.name].components[:-1]
-            displacements = slice(system.spins[shaft.name] - len(components), system.spins[shaft.name])
-            by_displacement[components] = (train.stiffness @ accelerations)[displacements]
+            spin = gear_spin(system, built.stage, shaft)
+            displacements = slice(spin - len(components), spin)
+            by_displacement[components] = on_body(system, built.stage, shaft, train.stiffness @ accelerations)
             holding = holding - forces_on_bodies[:, displacements] @ accelerations[displacements] / mobility
     of_stage = {field.name: getattr(built, field.name) for field in fields(BuiltMesh)} | {"row": train.rows[i]}
     return Mesh(
@@ -280,6 +287,30 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per
         force_per_torque=holding,
         free_system=train.around(i, held),
     )
+
+
+def gear_spin(system: BuiltSystem, stage: Stage, shaft: Shaft) -> int:
+    """Index of the spin of the body that carries the gear of a shaft in a stage."""
+    if shaft.name not in system.elastics:
+        return system.spins[shaft.name]
+    return system.elastics[shaft.name].spins[dict(stage.ends)[shaft.name]]
+
+
+def is_first(system: BuiltSystem, stage: Stage, shaft: Shaft) -> bool:
+    """Whether the gear of a shaft in a stage is that whose spin is the spin of the shaft."""
+    return shaft.name not in system.elastics or gear_spin(system, stage, shaft) == system.spins[shaft.name]
+
+
+def on_body(system: BuiltSystem, stage: Stage, shaft: Shaft, forces: np.ndarray) -> np.ndarray:
+    """Forces (n_coordinates,) on a shaft as those on the displacements of the body with its gear in a stage.
+
+    The other coordinates of an elastic shaft follow the body as in statics.
+    """
+    number = len(system.scene.shafts[shaft.name].components) - 1
+    if shaft.name not in system.elastics:
+        return forces[system.spins[shaft.name] - number : system.spins[shaft.name]]
+    built = system.elastics[shaft.name]
+    return (built.following(dict(stage.ends)[shaft.name]).T @ forces[built.indices])[:number]
 
 
 def held_by_joints(system: BuiltSystem) -> np.ndarray:
@@ -293,9 +324,12 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
     """Stiffness matrix of the nonlinear bearings at their steepest slopes."""
     total = np.zeros((system.mbs.systemData.ODE2Size(),) * 2)
     for shaft in system.gearbox.shafts:
-        first = system.spins[shaft.name] - 5
+        first, built = system.spins[shaft.name] - 5, system.elastics.get(shaft.name)
         for axial, bearing in shaft.bearings.items():
-            if not bearing.linear:
+            if not bearing.linear and built:
+                rows = built.elastic.at_bearing(axial)[:2]
+                total[np.ix_(built.indices, built.indices)] += float(bearing.stiffness[0, 0]) * rows.T @ rows
+            elif not bearing.linear:
                 part = slice(first, first + 6)
                 total[part, part] += radial_part(float(bearing.stiffness[0, 0]), axial - shaft.centre)
     return total

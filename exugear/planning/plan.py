@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
+from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
@@ -13,6 +14,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
+from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
 from fem.units import um
@@ -46,6 +48,8 @@ class Plan:
     undamped    whether no mesh, bearing or coupling is damped
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
     damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
+    elastic     elastic shafts by their names, with the coordinates that they need
+    flexible    reason for these coordinates or for none, by shaft with sections
     mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
@@ -59,6 +63,8 @@ class Plan:
     losses: Mapping[str, str] = field(default_factory=dict)
     damping: Mapping[str, str] = field(default_factory=dict)
     mirrored: Mapping[str, str] = field(default_factory=dict)
+    elastic: Mapping[str, ElasticShaft] = field(default_factory=dict)
+    flexible: Mapping[str, str] = field(default_factory=dict)
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -73,11 +79,21 @@ class Plan:
         """The plan with other coordinates of these shafts."""
         why = dict.fromkeys(shafts, "chosen by the user: unreduced, to check the reduction")
         scene = {field.name: getattr(self, field.name) for field in fields(Plan)}
+        scene["elastic"] = {
+            name: elastic for name, elastic in self.elastic.items() if shafts.get(name) is not Coordinates.JOINT
+        }
         return Plan(**scene | {"shafts": {**self.shafts, **shafts}, "why": {**self.why, **why}})
+
+    def with_rigid_shafts(self) -> "Plan":
+        """The plan in which shafts with sections twist towards their ends, but do not bend."""
+        rigid = dict.fromkeys(self.elastic, "rigid: chosen by the user")
+        scene = {field.name: getattr(self, field.name) for field in fields(Plan)}
+        return Plan(**scene | {"elastic": {}, "flexible": {**self.flexible, **rigid}})
 
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
+        lines += [f"{name}: {text}" for name, text in self.flexible.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
         lines += [f"{name}: {text}" for name, text in self.losses.items()]
@@ -117,11 +133,13 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
     why |= {name: f"{why[name]}; held: its spin stays 0, and it takes the reaction" for name in gearbox.held}
+    elastic, flexible = flexibility(gearbox, shafts)
+    shafts |= dict.fromkeys(elastic, Coordinates.BEARINGS)
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
     chosen = load is not None or loads is not None
     torques = given_loads(gearbox, load, loads) if chosen else largest_load(gearbox)
-    advice = missing_axes(gearbox, shafts, torques)
+    advice = missing_axes(gearbox, shafts, torques, elastic)
     idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
     open_teeth = [under if label in idle else "" for label in gearbox.labels]
     texts = zip((reason for _, reason in reduced), advice, open_teeth, strict=True)
@@ -130,7 +148,8 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
-    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored)
+    undamped, losses, damping = _undamped(gearbox), _losses(gearbox), _damping(gearbox)
+    return Plan(shafts, why, laws, axes, undamped, losses, damping, mirrored, elastic, flexible)
 
 
 def _undamped(gearbox: Gearbox) -> bool:

@@ -17,10 +17,11 @@ from exugear.gearbox.shaft_dynamics import (
     bearing_losses,
     coupling_energy,
     coupling_losses,
+    elastic_loss,
     kinetic_energy,
 )
 from exugear.multibody.drive_and_load import ShaftTorques
-from exugear.multibody.model import Model, on_bearings
+from exugear.multibody.model import Model, is_first, on_bearings
 from exugear.operation.conditions import Conditions
 from fem.units import mm
 
@@ -75,6 +76,8 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
         for shaft, speed in ((shaft, motions[shaft.name].speed) for shaft in model.gearbox.shafts)
         if shaft.torque_supports
     }
+    for name in model.elastics:
+        couplings[f"{name} shaft"] = elastic_loss(motions[name])
     about = {"units": "W", "long_name": "power that damping dissipates"}
     variables: dict[str, Any] = {"mesh_loss": (("stage", "time"), meshes, about)}
     for kind, losses in {"bearing": bearings, "coupling": couplings}.items():
@@ -95,7 +98,7 @@ def _energies(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any
     )
     energies = {
         "kinetic_energy": (kinetic, "kinetic energy of shafts and rotors"),
-        "strain_energy": (meshes + elastic, "energy of meshes, bearings, couplings"),
+        "strain_energy": (meshes + elastic, "energy of meshes, bearings, couplings, elastic shafts"),
     }
     return {name: ("time", x, {"units": "J", "long_name": words}) for name, (x, words) in energies.items()}
 
@@ -115,7 +118,15 @@ def shaft_motions(
             q, q_t = mesh.recorder.motion(side) if side < 2 and on_bearings(model, mesh) else (None, None)
             moves = q is not None and model.plan.shafts[shaft.name].on_bearings
             rates = corrected(np.asarray(q_t, float), factor) if moves else None
-            by_name[shaft.name] = ShaftMotion(spin, speed, np.asarray(q, float) if moves else None, rates)
+            if not is_first(model, mesh.stage, shaft):
+                continue
+            positions = np.asarray(q, float) if moves else None
+            if built := model.elastics.get(shaft.name):
+                amplitudes, velocities = (x.astype(float) for x in built.recorder.motion(time.size))
+                positions = built.elastic.decoupled(positions, amplitudes)
+                rates = built.elastic.decoupled(rates, corrected(velocities, factor))
+            elastic = model.scene.elastic.get(shaft.name)
+            by_name[shaft.name] = ShaftMotion(spin, speed, positions, rates, elastic=elastic)
     by_name |= _motions_on_pins(model, by_name, time.size, factor)
     for name in model.rotor_spins:
         recorder = torques[name].recorder
