@@ -392,7 +392,7 @@ class Shaft:
         Between the end and the gears the shaft is a torsional spring; the inertia of that piece is divided so that its
         lowest mode is exact where the end is held.
         """
-        couplings, name, end = self._parts_of(Coupling), f"{self.name} end", self.twist
+        couplings, name, end = self._parts_of(Coupling), self.end_name, self.twist
         bodies = [(name if end and abs(axial - self.end_position) < AT_END else self.name) for axial, _ in couplings]
         behind = rotors_of(self.name, [(body, part) for body, (_, part) in zip(bodies, couplings, strict=True)])
         return (Rotor(name, end, f"{self.name} torsion", self.name), *behind) if end else behind
@@ -444,7 +444,12 @@ class Shaft:
         turning = self.beam.torsion_mass @ shape
         inertia = 2 * float(turning.sum()) - float(shape @ turning)
         damping = 2 * self.damping_ratio * sqrt(stiffness * (self.inertia - inertia))
-        return Coupling(stiffness, damping, inertia=inertia, name=f"{self.name} end")
+        return Coupling(stiffness, damping, inertia=inertia, name=self.end_name)
+
+    @property
+    def end_name(self) -> str:
+        """Name of the rotor that stands for the end of an elastic shaft."""
+        return f"{self.name} end"
 
     @property
     def body_inertia(self) -> float:

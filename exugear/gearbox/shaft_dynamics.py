@@ -33,6 +33,9 @@ class ShaftMotion:
     q, q_t        (n, 5) displacements [m] and tilts [rad] of the centre of mass, and their rates; None for a shaft that
                   only spins; of a planet on a pin along and across the pin's radius, against its carrier
     elastic       the shaft if it is elastic; q and q_t are then (n, 5 + m) with its m elastic coordinates
+    twists, twist_rates
+                  (n, n_torsion) coordinates of its torsion, and their rates
+    beside        (n_torsion, n_torsion) mass over these coordinates beside the inertias of the shaft and its rotors
     velocity      (n, 5) of such a planet against the ground in these directions; else None
     """
 
@@ -42,6 +45,9 @@ class ShaftMotion:
     q_t: np.ndarray | None = None
     velocity: np.ndarray | None = None
     elastic: ElasticShaft | None = None
+    twists: np.ndarray | None = None
+    twist_rates: np.ndarray | None = None
+    beside: np.ndarray | None = None
 
 
 def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
@@ -110,7 +116,7 @@ def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaf
     The components of an elastic shaft contain its elastic coordinates.
     """
     if elastic:
-        return np.delete(elastic.motion_at(axial), 5, axis=1)
+        return elastic.motion_at(axial)
     motion = np.eye(6)[:, :5]
     motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
     return motion[:, :components]
@@ -123,8 +129,10 @@ def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
         for axial, bearing in shaft.bearings.items():
             at_bearing = motion.q @ _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5].T
             energy += strain_energy(bearing, 0.0, at_bearing)
-    if motion.elastic and motion.q is not None:
-        energy += 0.5 * motion.q[:, 5:] ** 2 @ motion.elastic.stiffness
+        if motion.elastic:
+            energy += 0.5 * motion.q[:, 5:] ** 2 @ motion.elastic.stiffness
+    if motion.elastic and motion.twists is not None:
+        energy += 0.5 * _forms(motion.twists, motion.elastic.torsion.stiffness)
     return energy
 
 
@@ -141,9 +149,17 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
 
 def elastic_loss(motion: ShaftMotion) -> np.ndarray:
     """(n,) power [W] that the damping of an elastic shaft dissipates; 0 of a rigid one."""
-    if motion.elastic is None or motion.q_t is None:
-        return np.zeros(motion.spin.size)
-    return motion.q_t[:, 5:] ** 2 @ motion.elastic.damping
+    loss = np.zeros(motion.spin.size)
+    if motion.elastic and motion.q_t is not None:
+        loss += motion.q_t[:, 5:] ** 2 @ motion.elastic.damping
+    if motion.elastic and motion.twist_rates is not None:
+        loss += _forms(motion.twist_rates, motion.elastic.torsion.damping)
+    return loss
+
+
+def _forms(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """(n,) quadratic forms of vectors (n, k)."""
+    return np.einsum("ni,ij,nj->n", vectors, matrix, vectors)
 
 
 def braking_torques(
@@ -177,11 +193,12 @@ def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: fl
         of_body, rates = motion.q, motion.q_t
         if motion.elastic:
             of_body, rates = motion.elastic.of_first_body(motion.q), motion.elastic.of_first_body(motion.q_t)
-            energy = energy + motion.q_t[:, 5:] ** 2 @ motion.elastic.inertia[6:]
-            about_axis = about_axis - motion.q_t[:, 5:] @ motion.elastic.of_body(shaft.stations[0])[5, 6:]
+            energy = energy + motion.q_t[:, 5:] ** 2 @ motion.elastic.inertia[5:]
         b = shaft.offset.tilt_y + of_body[:, 4]
         about_axis = about_axis + rates[:, 3] * np.sin(b)
         energy = energy + shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
+    if motion.elastic and motion.twist_rates is not None and motion.beside is not None:
+        energy = energy + _forms(motion.twist_rates, motion.beside)
     for rotor in shaft.rotors:
         energy = energy + rotor.coupling.inertia * motions[rotor.name].speed ** 2
     return 0.5 * (energy + inertia * about_axis**2)

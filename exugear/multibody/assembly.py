@@ -24,7 +24,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
-from exugear.multibody.elastic_shafts import BuiltShaft, add_elastic_shaft, located
+from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
@@ -38,6 +38,8 @@ from exugear.planning.plan import plan as plan_of
 from fem.support.arguments import checked
 from fem.support.validation import require
 
+#: Object numbers of the bodies of the gears of elastic shafts, by the name of the shaft and the axial position [m].
+BodiesOfGears = Mapping[str, Mapping[float, int]]
 #: Angular frequency of a held body on the spring that makes static solves regular [rad/s].
 HELD_OMEGA = 100.0
 
@@ -59,10 +61,10 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
-    elastics: dict[str, BuiltShaft] = {}
-    bodies = {
-        shaft.name: add_body(mbs, ground, gearbox, shaft, scene, elastics) for shaft in gearbox.shafts
+    of_gears = {
+        name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
     }
+    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
@@ -70,10 +72,14 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     for shaft in gearbox.shafts:
         add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
     numbers_of_stages = range(len(gearbox.stages))
-    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, elastics) for number in numbers_of_stages]
+    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, of_gears) for number in numbers_of_stages]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
+    elastics = {
+        name: add_elastic_shaft(mbs, elastic, of_gears[name], rotors.get(elastic.shaft.end_name))
+        for name, elastic in scene.elastic.items()
+    }
     end_markers = {
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
@@ -139,13 +145,13 @@ class AddedContact(NamedTuple):
 
 
 def _add_contact(
-    mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int], elastics: Mapping[str, BuiltShaft]
+    mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int], of_gears: BodiesOfGears
 ) -> AddedContact:
     """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[shaft.name] for shaft in stage.shafts]
     for side, (name, axial) in enumerate(stage.ends):
-        items[side] = elastics[name].bodies[axial] if name in elastics else items[side]
+        items[side] = of_gears[name][axial] if name in of_gears else items[side]
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
@@ -199,18 +205,14 @@ def _row(
     return row
 
 
-def add_body(
-    mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, elastics: dict[str, BuiltShaft]
-) -> int:
+def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_gears: BodiesOfGears) -> int:
     """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body.
 
-    elastics   elastic shafts by their names, to which the shaft is added where the scene has it elastic; its body is
-               that of the gear next to its end
+    of_gears   bodies of the gears of elastic shafts, which are in the system already: the first stands for the shaft
     """
     coordinates = scene.shafts[shaft.name]
-    if shaft.name in scene.elastic:
-        elastics[shaft.name] = add_elastic_shaft(mbs, pose(gearbox, shaft), scene.elastic[shaft.name])
-        body = elastics[shaft.name].bodies[shaft.stations[0]]
+    if shaft.name in of_gears:
+        body = of_gears[shaft.name][shaft.stations[0]]
     else:
         body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
     add_drags(mbs, node_of(mbs, body), shaft, coordinates)

@@ -84,8 +84,8 @@ class DriveAndLoad:
         held = self.held
         braked = held is not None and held.end_rotor is None and bool(held.drags)
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
-        several = held is not None and held.end_rotor is None and held.name in self.model.elastics
-        self.constrained = braked or added or (several and len(held.stations) > 1) or self._observed()
+        twists = held is not None and held.end_rotor is None and held.name in self.model.elastics
+        self.constrained = braked or added or twists or self._observed()
 
     def _observed(self) -> bool:
         """Whether sensors of the user measure constraint or load."""

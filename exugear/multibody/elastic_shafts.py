@@ -7,7 +7,7 @@ motion of each bearing follows.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -30,14 +30,12 @@ from exugear.multibody.exudyn_objects import node_of
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from fem.support.numba_cache import kept
 
-#: Number of elastic coordinates; addresses of the gyroscopic matrix (n, n), of the rows (elastic, n) that measure the
-#: elastic coordinates, and of room for forces (n).
-ELASTIC = record_type(*((name, "i8") for name in ("elastic", "polar", "rows", "forces")))
+#: Number of elastic coordinates, index of the spin; addresses of the gyroscopic matrix (n, n), of the rows (elastic, n)
+#: that measure the elastic coordinates, and of room for forces (n).
+ELASTIC = record_type(*((name, "i8") for name in ("elastic", "spin", "polar", "rows", "forces")))
 #: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of room for forces (n).
 BEARING = record_type(*((name, "i8") for name in ("law", "rows", "forces")))
 elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
-#: Index of the spin of a body in space.
-SPIN = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +57,7 @@ class ElasticRecorder:
         self.header.samples[:2] = [array.ctypes.data for array in self.samples.values()]
 
     def motion(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """(number, elastic) first amplitudes and their rates."""
+        """(number, elastic) first amplitudes and their rates, of torsion last."""
         amplitudes, rates = (self.samples[name][:, :number].T for name in ("amplitudes", "rates"))
         return amplitudes, rates
 
@@ -71,122 +69,147 @@ class BuiltShaft:
     elastic    its coordinates and matrices
     bodies     axial position of each gear [m] -> object number of its body
     number     of the object with the matrices
-    indices    (size,) of its coordinates among those of the system: of the bodies, then of the further node
-    spins      axial position of each gear [m] -> index of the spin of its body
     recorder   samples of the elastic coordinates
+    indices    (size,) of its coordinates among those of the system
     """
 
     elastic: ElasticShaft
     bodies: Mapping[float, int]
     number: int
-    indices: np.ndarray
-    spins: Mapping[float, int]
     recorder: ElasticRecorder
+    indices: np.ndarray
+
+    @property
+    def spins(self) -> dict[float, int]:
+        """Axial position of each gear [m] -> index of the spin of its body."""
+        turning = self.elastic.turning[: len(self.bodies)]
+        return {axial: int(index) for axial, index in zip(self.bodies, self.indices[turning], strict=True)}
+
+    @property
+    def turning(self) -> np.ndarray:
+        """(n,) indices of the coordinates of torsion among those of the system."""
+        return self.indices[self.elastic.turning]
 
     @property
     def stiffness(self) -> np.ndarray:
         """(size, size) stiffness of the shaft and its bearings, nonlinear ones at their steepest slopes."""
-        return self.elastic.stiffness_matrix + sum(
-            rows.T @ bearing.stiffness @ rows for rows, bearing in at_bearings(self.elastic)
-        )
+        bearings = at_bearings(self.elastic)
+        return sum((rows.T @ bearing.stiffness @ rows for rows, bearing in bearings), self.elastic.stiffness_matrix)
 
     def following(self, axial: float) -> np.ndarray:
         """(size, 6) coordinates of the whole shaft that follow the body of a gear, nothing else pushing it."""
         first = 6 * self.elastic.shaft.stations.index(axial)
         moved = np.arange(first, first + 6)
-        rest, stiffness = np.setdiff1d(np.arange(self.elastic.size), moved), self.stiffness
-        follow = np.zeros((self.elastic.size, 6))
+        follow, stiffness = np.zeros((self.elastic.size, 6)), self.stiffness
         follow[moved] = np.eye(6)
+        follow[self.elastic.turning[: len(self.bodies)], 5] = 1.0
+        rest = np.setdiff1d(self.elastic.moving, moved)
         follow[rest] = np.linalg.solve(stiffness[np.ix_(rest, rest)], -stiffness[np.ix_(rest, moved)])
         return follow
 
+    def mass_beside(self, *, held: bool) -> np.ndarray:
+        """(size, size) mass that bodies and rotors lack; held: the motion of the end is imposed."""
+        elastic, step = self.elastic, self.elastic.of_bodies // len(self.bodies)
+        mass = elastic.mass_matrix(held=held)
+        for i, body in enumerate(inertias_of_bodies(elastic)):
+            part = slice(step * i, step * (i + 1))
+            mass[part, part] -= np.diag(([body.mass] * 3 + [body.transverse] * 2 + [body.inertia])[-step:])
+        if elastic.shaft.twist and not held:
+            mass[elastic.end, elastic.end] -= elastic.shaft.twist.inertia
+        return mass
+
 
 def at_bearings(elastic: ElasticShaft) -> list[tuple[np.ndarray, Bearing]]:
-    """(6, size) rows that measure the motion at each bearing, and the bearing."""
-    return [(elastic.at_bearing(axial), bearing) for axial, bearing in elastic.shaft.bearings.items()]
+    """(6, size) rows that measure the motion at each bearing, and the bearing; none of a shaft that only spins."""
+    bearings = elastic.shaft.bearings if elastic.spatial else {}
+    return [(elastic.at_bearing(axial), bearing) for axial, bearing in bearings.items()]
 
 
-def add_elastic_shaft(mbs, pose: list[float], elastic: ElasticShaft) -> BuiltShaft:
-    """Add an elastic shaft with its bearings; pose: reference coordinates (6) of its centre of mass [m, rad]."""
-    shaft = elastic.shaft
-    inertias = _inertias_of_bodies(elastic)
-    bodies = {
-        axial: _add_body(mbs, shaft.name if i == 0 else f"{shaft.name} gear {i + 1}", pose, inertia)
-        for i, (axial, inertia) in enumerate(zip(shaft.stations, inertias, strict=True))
-    }
-    nodes = [node_of(mbs, body) for body in bodies.values()]
+def inertias_of_bodies(elastic: ElasticShaft) -> list[Disc]:
+    """The inertia of the body of each gear: equal shares, which the matrices correct."""
+    shaft, number = elastic.shaft, len(elastic.shaft.stations)
+    share = shaft.mass / number, shaft.body_inertia / number, shaft.transverse / number
+    return [Disc(*share)] * number
+
+
+def add_bodies_of_gears(mbs, pose: list[float], elastic: ElasticShaft) -> dict[float, int]:
+    """Add the bodies of the gears of an elastic shaft; pose: reference coordinates (6) of its centre of mass."""
+    bodies: dict[float, int] = {}
+    for axial, inertia in zip(elastic.shaft.stations, inertias_of_bodies(elastic), strict=True):
+        name = f"{elastic.shaft.name} gear {len(bodies) + 1}" if bodies else elastic.shaft.name
+        if elastic.spatial:
+            tensor = np.diag([inertia.transverse] * 2 + [inertia.inertia])
+            bodies[axial] = mbs.CreateRigidBody(
+                name=name,
+                referencePosition=pose[:3],
+                referenceRotationMatrix=RotXYZ2RotationMatrix([*pose[3:5], 0.0]),
+                inertia=RigidBodyInertia(mass=inertia.mass, inertiaTensor=tensor),
+                nodeType=exu.NodeType.RotationRxyz,
+            )
+        else:
+            node = mbs.AddNode(eii.Node1D(name=name, referenceCoordinates=[0.0]))
+            data = {"inertia": inertia.inertia, "nodeNumber": node, "referencePosition": pose[:3]}
+            bodies[axial] = mbs.AddObject(eii.ObjectRotationalMass1D(name=name, **data))
+    return bodies
+
+
+def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], end: int | None) -> BuiltShaft:
+    """Add matrices and bearings of an elastic shaft to the bodies of its gears and to the rotor of its end, if any."""
+    nodes = [node_of(mbs, body) for body in [*bodies.values(), *([] if end is None else [end])]]
     if elastic.further:
         zeros = [0.0] * elastic.further
-        initial = {f"initialCoordinates{end}": zeros for end in ("", "_t")}
+        initial = {f"initialCoordinates{rate}": zeros for rate in ("", "_t")}
         data = {"referenceCoordinates": zeros, "numberOfODE2Coordinates": elastic.further, **initial}
-        nodes.append(mbs.AddNode(eii.NodeGenericODE2(name=f"{shaft.name} shapes", **data)))
-    recorder = ElasticRecorder(elastic.elastic)
-    number = _add_matrices(mbs, nodes, elastic, inertias, recorder)
-    for axial, bearing in shaft.bearings.items():
+        nodes.append(mbs.AddNode(eii.NodeGenericODE2(name=f"{elastic.shaft.name} shapes", **data)))
+    recorder = ElasticRecorder(len(elastic.amplitude_rows))
+    built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
+    number = _add_matrices(mbs, nodes, built)
+    for rows, bearing in at_bearings(elastic):
         if not bearing.linear:
-            _add_bearing(mbs, nodes, elastic.at_bearing(axial), bearing)
-    return BuiltShaft(elastic, bodies, number, np.zeros(0, int), {}, recorder)
+            _add_bearing(mbs, nodes, rows, bearing)
+    return replace(built, number=number)
 
 
 def located(mbs, built: BuiltShaft) -> BuiltShaft:
     """The shaft with the indices of its coordinates in the assembled system."""
-    indices = np.array(mbs.systemData.GetObjectLTGODE2(built.number), int)
-    spins = {axial: int(indices[6 * i + SPIN]) for i, axial in enumerate(built.bodies)}
-    return BuiltShaft(built.elastic, built.bodies, built.number, indices, spins, built.recorder)
+    return replace(built, indices=np.array(mbs.systemData.GetObjectLTGODE2(built.number), int))
 
 
-def _inertias_of_bodies(elastic: ElasticShaft) -> list[Disc]:
-    """The inertia of each body: of the first gear that of the shaft, less what the bodies of the others have."""
-    shaft, further = elastic.shaft, elastic.shaft.stations[1:]
-    share = 0.5 / max(len(further), 1)
-    of_others = [Disc(share * shaft.mass, share * shaft.body_inertia, share * shaft.transverse) for _ in further]
-    left = 1.0 - share * len(further)
-    return [Disc(left * shaft.mass, left * shaft.body_inertia, left * shaft.transverse), *of_others]
+def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
+    """Set the mass of a shaft for an end whose motion is imposed, or is free."""
+    mbs.SetObjectParameter(built.number, "massMatrix", built.mass_beside(held=held))
 
 
-def _add_body(mbs, name: str, pose: list[float], inertia: Disc) -> int:
-    """Add the body of a gear."""
-    tensor = np.diag([inertia.transverse] * 2 + [inertia.inertia])
-    return mbs.CreateRigidBody(
-        name=name,
-        referencePosition=pose[:3],
-        referenceRotationMatrix=RotXYZ2RotationMatrix([*pose[3:5], 0.0]),
-        inertia=RigidBodyInertia(mass=inertia.mass, inertiaTensor=tensor),
-        nodeType=exu.NodeType.RotationRxyz,
-    )
-
-
-def _add_matrices(mbs, nodes: list[Any], elastic: ElasticShaft, inertias: list[Disc], recorder: ElasticRecorder) -> int:
-    """Add the object with the matrices that bodies lack, the linear bearings among them."""
-    n = elastic.size
-    mass, polar = elastic.mass_matrix.copy(), elastic.polar_matrix.copy()
-    for i, body in enumerate(inertias):
-        part = slice(6 * i, 6 * i + 6)
-        mass[part, part] -= np.diag([body.mass] * 3 + [body.transverse] * 2 + [body.inertia])
+def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
+    """Add the object with the matrices that bodies lack, the linear bearings among them, the end free."""
+    elastic, recorder = built.elastic, built.recorder
+    n, polar = elastic.size, elastic.polar_matrix.copy()
+    for i, body in enumerate(inertias_of_bodies(elastic) if elastic.spatial else ()):
         polar[6 * i + 3, 6 * i + 4] -= body.inertia
         polar[6 * i + 4, 6 * i + 3] += body.inertia
     stiffness, damping = elastic.stiffness_matrix.copy(), elastic.damping_matrix.copy()
     for rows, bearing in at_bearings(elastic):
         k = rows.T @ linear_part(bearing, 0.0) @ rows
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
-    arrays = np.ascontiguousarray(polar), np.ascontiguousarray(elastic.from_nodes[6:]), np.zeros(n)
+    spin, arrays = int(elastic.turning[0]), (np.ascontiguousarray(polar), elastic.amplitude_rows, np.zeros(n))
     record = np.zeros(1, ELASTIC)[0]
-    record.elastic, (record.polar, record.rows, record.forces) = elastic.elastic, (x.ctypes.data for x in arrays)
+    record.elastic, record.spin = recorder.elastic, spin
+    record.polar, record.rows, record.forces = (array.ctypes.data for array in arrays)
     kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
 
     def elastic_shaft(mbs, t, item, q, q_t):
         return kernel(*addresses, t, *q, *q_t)
 
     def elastic_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        jacobian = factor_t * q_t[SPIN] * polar
-        jacobian[:, SPIN] += factor_t * polar @ q_t
+        jacobian = factor_t * q_t[spin] * polar
+        jacobian[:, spin] += factor_t * polar @ q_t
         return jacobian
 
     function = direct(elastic_shaft, kernel, (record, recorder.header), n, pointed_to=(arrays, recorder))
     item: Any = eii.ObjectGenericODE2(
         name=f"{elastic.shaft.name} shaft",
         nodeNumbers=nodes,
-        massMatrix=mass,
+        massMatrix=built.mass_beside(held=False),
         stiffnessMatrix=stiffness,
         dampingMatrix=damping,
         forceUserFunction=function,
@@ -207,7 +230,7 @@ def elastic_kernel(n: int):
     def elastic_shaft(record, recorder, t, *x):
         shaft = elastic_at(record)
         polar, forces = carray(doubles_at(shaft.polar), (n, n)), carray(doubles_at(shaft.forces), n)
-        speed = x[n + 5]
+        speed = x[n + shaft.spin]
         for i in range(n):
             moment = 0.0
             for j in range(n):

@@ -322,7 +322,7 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     q, on_coordinates = np.zeros(model.mbs.systemData.ODE2Size()), -forces @ np.array([m.row for m in model.meshes])
     for shaft in model.gearbox.shafts:
         kind, spin, built = model.scene.shafts[shaft.name], model.spins[shaft.name], model.elastics.get(shaft.name)
-        if built:
+        if built and built.elastic.spatial:
             q[built.indices], radial_forces = built.elastic.static_displacement(on_coordinates[built.indices])
             _check_tables(shaft, radial_forces)
         elif kind.on_bearings:

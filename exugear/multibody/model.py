@@ -18,7 +18,7 @@ from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import call_path
-from exugear.multibody.elastic_shafts import BuiltShaft
+from exugear.multibody.elastic_shafts import BuiltShaft, set_held
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
@@ -218,9 +218,12 @@ def linearized(system: BuiltSystem, held: str | None, speed: float = 0.0) -> Mod
     held    name of the shaft whose speed is imposed, None if all are free
     speed   of the driving shaft [rad/s], at which drag damps and gyroscopic moments act
     """
+    for name, elastic in system.elastics.items():
+        set_held(system.mbs, elastic, held=name == held)
     train, box = linear_train(system, speed), system.gearbox
     driving, imposed = end_coordinate(system, box.driving.name), end_coordinate(system, held) if held else None
-    omega, omega_mesh = train.frequency_bounds()
+    twists = held is not None and box.ends[held].twist is not None
+    omega, omega_mesh = train.frequency_bounds(imposed if twists else None)
     resonances = zip(train.mesh_resonances(driving).tolist(), train.mesh_resonances(None).tolist(), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
     plan = BuiltPlan(
@@ -307,7 +310,7 @@ def on_body(system: BuiltSystem, stage: Stage, shaft: Shaft, forces: np.ndarray)
     The other coordinates of an elastic shaft follow the body as in statics.
     """
     number = len(system.scene.shafts[shaft.name].components) - 1
-    if shaft.name not in system.elastics:
+    if shaft.name not in system.elastics or number == 0:
         return forces[system.spins[shaft.name] - number : system.spins[shaft.name]]
     built = system.elastics[shaft.name]
     return (built.following(dict(stage.ends)[shaft.name]).T @ forces[built.indices])[:number]

@@ -163,7 +163,7 @@ def _displacements(
     loads: Mapping[str, float],
     elastic: Mapping[str, ElasticShaft],
 ) -> dict[tuple[str, float], np.ndarray]:
-    """(6,) static displacement of each shaft on its bearings [m, rad], as its gear sees it, by name and axial position."""
+    """(6,) static displacement [m, rad] of each shaft as its gear sees it, by name and axial position."""
     push = {end: np.zeros(6) for stage in gearbox.stages for end in stage.ends}
     for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
         for end, row in zip(stage.ends, np.split(spatial_row(mesh_frame(gearbox, stage)), 2), strict=True):
@@ -171,7 +171,7 @@ def _displacements(
     displaced: dict[tuple[str, float], np.ndarray] = {}
     for shaft in gearbox.shafts:
         pushed = {axial: forces for (name, axial), forces in push.items() if name == shaft.name}
-        if shaft.name in elastic:
+        if shaft.name in elastic and elastic[shaft.name].spatial:
             forces = np.zeros(elastic[shaft.name].size)
             forces[: 6 * len(shaft.stations)] = np.concatenate([pushed[axial] for axial in shaft.stations])
             moved = elastic[shaft.name].static_displacement(forces)[0]
@@ -182,7 +182,9 @@ def _displacements(
     return displaced
 
 
-def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved: Mapping[tuple[str, float], np.ndarray]) -> str:
+def _advice(
+    gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved: Mapping[tuple[str, float], np.ndarray]
+) -> str:
     """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste."""
     if max(np.abs(np.delete(moved[end], 5)).max() for end in stage.ends) > LARGEST:
         yielding = f"under {load} the bearings yield too far for the gears to mesh"

@@ -20,7 +20,8 @@ from exugear.gearbox.shaft_dynamics import (
     elastic_loss,
     kinetic_energy,
 )
-from exugear.multibody.drive_and_load import ShaftTorques
+from exugear.multibody.drive_and_load import ShaftTorques, is_known_function_of_time
+from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.model import Model, is_first, on_bearings
 from exugear.operation.conditions import Conditions
 from fem.units import mm
@@ -121,18 +122,55 @@ def shaft_motions(
             if not is_first(model, mesh.stage, shaft):
                 continue
             positions = np.asarray(q, float) if moves else None
+            by_name[shaft.name] = ShaftMotion(spin, speed, positions, rates)
             if built := model.elastics.get(shaft.name):
                 amplitudes, velocities = (x.astype(float) for x in built.recorder.motion(time.size))
-                positions = built.elastic.decoupled(positions, amplitudes)
-                rates = built.elastic.decoupled(rates, corrected(velocities, factor))
-            elastic = model.scene.elastic.get(shaft.name)
-            by_name[shaft.name] = ShaftMotion(spin, speed, positions, rates, elastic=elastic)
+                by_name[shaft.name] = _elastic(by_name[shaft.name], built, amplitudes, corrected(velocities, factor))
     by_name |= _motions_on_pins(model, by_name, time.size, factor)
     for name in model.rotor_spins:
         recorder = torques[name].recorder
         spin, speed = recorder["angle"][: time.size], recorder["speed"][: time.size]
         by_name[name] = ShaftMotion(spin, corrected(speed, factor))
-    return by_name | _imposed_motion(model, conditions, time, by_name)
+    by_name |= _imposed_motion(model, conditions, time, by_name)
+    for name, built in model.elastics.items():
+        held = conditions.held == name and is_known_function_of_time(model)
+        by_name[name] = _with_torsion(model, built, by_name, time.size, factor, held=held)
+    return by_name
+
+
+def _elastic(motion: ShaftMotion, built: BuiltShaft, amplitudes: np.ndarray, rates: np.ndarray) -> ShaftMotion:
+    """The motion of a shaft with its recorded elastic coordinates (n, m + n_torsion) and their rates."""
+    elastic, m = built.elastic, built.elastic.elastic
+    twists = amplitudes[:, m:], rates[:, m:]
+    if motion.q is None or motion.q_t is None:
+        return replace(motion, elastic=elastic, twists=twists[0], twist_rates=twists[1])
+    q, q_t = elastic.decoupled(motion.q, amplitudes[:, :m]), elastic.decoupled(motion.q_t, rates[:, :m])
+    return replace(motion, q=q, q_t=q_t, elastic=elastic, twists=twists[0], twist_rates=twists[1])
+
+
+def _with_torsion(
+    model: Model, built: BuiltShaft, motions: Mapping[str, ShaftMotion], number: int, factor: float, *, held: bool
+) -> ShaftMotion:
+    """The motion of an elastic shaft with all coordinates of its torsion; held: the motion of its end is imposed."""
+    shaft, motion = built.elastic.shaft, motions[built.elastic.shaft.name]
+    angles, speeds = {shaft.stations[0]: motion.spin}, {shaft.stations[0]: motion.speed}
+    for mesh in model.meshes:
+        for side, (name, axial) in enumerate(mesh.stage.ends, start=1):
+            if name == shaft.name and axial not in angles:
+                samples = mesh.recorder.power
+                angles[axial] = samples[f"spin_{side}"]
+                speeds[axial] = corrected(samples[f"speed_{side}"], factor)
+    ends = [motions[shaft.end_name]] if shaft.twist else []
+    turned = [*(angles[x] for x in shaft.stations), *(end.spin for end in ends)]
+    turning = [*(speeds[x] for x in shaft.stations), *(end.speed for end in ends)]
+    torsion = built.elastic.torsion
+    beside = (torsion.held_mass if held else torsion.mass).copy()
+    beside[0, 0] -= shaft.body_inertia
+    if ends and not held:
+        beside[len(shaft.stations), len(shaft.stations)] -= shaft.twist.inertia
+    twists = np.column_stack([np.reshape(turned, (-1, number)).T - motion.spin[:, None], motion.twists])
+    rates = np.column_stack([np.reshape(turning, (-1, number)).T, motion.twist_rates])
+    return replace(motion, twists=twists, twist_rates=rates, beside=beside)
 
 
 def _motions_on_pins(
