@@ -2,10 +2,10 @@
 
 **Bending and tension.** Decoupled coordinates are the motion of the rigid shaft, x, y, z and rotations about x, y at
 its centre of mass, and amplitudes of elastic shapes. In bending the shapes span, in each of the two planes, the static
-deflections on the bearings under a force and a moment at each gear, and a force at each nonlinear bearing, and the
-lowest modes on the bearings beyond the two in which the shaft moves as a rigid body; in tension the static
-displacements. Less their rigid motion, and orthogonal to one another in mass and stiffness, they leave diagonal
-matrices. The static compliance is exact.
+deflections on the bearings under a force and a moment at each gear, and a force at each nonlinear bearing, and modes on
+the bearings: beyond the two in which the shaft moves as a rigid body, those that transmit most from gears to bearings.
+In tension they are static displacements. Less their rigid motion, and orthogonal to one another in mass and stiffness,
+they leave diagonal matrices. The static compliance is exact.
 
 **Torsion.** Coordinates are the angles of the gears, that of the end on which drive or load act, and amplitudes of
 modes in which gears and end stand (Craig & Bampton, AIAA J. 6, 1968). The spring between the end and the next gear is a
@@ -299,9 +299,14 @@ def bending_shapes(shaft: Shaft, modes: int) -> Shapes:
     coordinates = [2 * beam.node(axial) + i for axial in shaft.stations for i in (0, 1)]
     coordinates += [2 * beam.node(axial) for axial, bearing in shaft.bearings.items() if not bearing.linear]
     loads = np.eye(len(stiffness))[:, coordinates]
-    last = RIGID_MODES + modes - 1
-    lowest = scipy.linalg.eigh(stiffness, beam.bending_mass, subset_by_index=[0, last])[1][:, RIGID_MODES:]
-    vectors = np.column_stack([np.linalg.solve(stiffness, loads), lowest])
+    squares, shapes = scipy.linalg.eigh(stiffness, beam.bending_mass)
+    pushed = [2 * beam.node(axial) for axial in shaft.stations]
+    reacting = [beam.node(axial) for axial in shaft.bearings]
+    supports = zip(reacting, shaft.planar_supports.values(), strict=True)
+    reactions = [support[0] @ shapes[2 * node : 2 * node + 2] for node, support in supports]
+    transmitted = np.linalg.norm(shapes[pushed], axis=0) * np.linalg.norm(reactions, axis=0) / squares**2
+    most = RIGID_MODES + np.argsort(-transmitted[RIGID_MODES:])[:modes]
+    vectors = np.column_stack([np.linalg.solve(stiffness, loads), shapes[:, most]])
     return _orthogonal(vectors, beam.rigid_bending(shaft.centre), beam.bending_mass, beam.bending_stiffness)
 
 

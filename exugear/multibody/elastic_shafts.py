@@ -23,7 +23,7 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_stiffness
 from exugear.gearbox.disc import Disc
 from exugear.gearbox.elastic_shaft import ElasticShaft
-from exugear.mesh_force.kernel_records import address_of, doubles_at, floats_at, reader, record_type
+from exugear.mesh_force.kernel_records import address_of, doubles_at, floats_at, put_all, reader, record_type
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
@@ -31,10 +31,10 @@ from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, er
 from fem.support.numba_cache import kept
 
 #: Number of elastic coordinates, index of the spin; addresses of the gyroscopic matrix (n, n), of the rows (elastic, n)
-#: that measure the elastic coordinates, and of room for forces (n).
-ELASTIC = record_type(*((name, "i8") for name in ("elastic", "spin", "polar", "rows", "forces")))
-#: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of room for forces (n).
-BEARING = record_type(*((name, "i8") for name in ("law", "rows", "forces")))
+#: that measure the elastic coordinates, and of room for coordinates and velocities (2 n) and for forces (n).
+ELASTIC = record_type(*((name, "i8") for name in ("elastic", "spin", "polar", "rows", "state", "forces")))
+#: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of such room.
+BEARING = record_type(*((name, "i8") for name in ("law", "rows", "state", "forces")))
 elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
 
 
@@ -191,10 +191,11 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     for rows, bearing in at_bearings(elastic):
         k = rows.T @ linear_part(bearing, 0.0) @ rows
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
-    spin, arrays = int(elastic.turning[0]), (np.ascontiguousarray(polar), elastic.amplitude_rows, np.zeros(n))
+    room = np.zeros(2 * n), np.zeros(n)
+    spin, arrays = int(elastic.turning[0]), (np.ascontiguousarray(polar), elastic.amplitude_rows, *room)
     record = np.zeros(1, ELASTIC)[0]
     record.elastic, record.spin = recorder.elastic, spin
-    record.polar, record.rows, record.forces = (array.ctypes.data for array in arrays)
+    record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
     kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
 
     def elastic_shaft(mbs, t, item, q, q_t):
@@ -230,12 +231,16 @@ def elastic_kernel(n: int):
     def elastic_shaft(record, recorder, t, *x):
         shaft = elastic_at(record)
         polar, forces = carray(doubles_at(shaft.polar), (n, n)), carray(doubles_at(shaft.forces), n)
-        speed = x[n + shaft.spin]
+        put_all(shaft.state, x)
+        state = carray(doubles_at(shaft.state), 2 * n)
+        speed = state[n + shaft.spin]
         for i in range(n):
-            moment = 0.0
-            for j in range(n):
-                moment += polar[i, j] * x[n + j]
-            forces[i] = -speed * moment
+            forces[i] = 0.0
+        for j in range(n):
+            # -polar is its transpose, whose rows lie together
+            rate = speed * state[n + j]
+            for i in range(n):
+                forces[i] += polar[j, i] * rate
         k = sample_of(recorder, t)
         if k >= 0:
             header = header_at(recorder)
@@ -243,7 +248,7 @@ def elastic_kernel(n: int):
             for i in range(shaft.elastic):
                 amplitude, rate = 0.0, 0.0
                 for j in range(n):
-                    amplitude, rate = amplitude + rows[i, j] * x[j], rate + rows[i, j] * x[n + j]
+                    amplitude, rate = amplitude + rows[i, j] * state[j], rate + rows[i, j] * state[n + j]
                 floats_at(header.samples[0])[i * header.number + k] = amplitude
                 floats_at(header.samples[1])[i * header.number + k] = rate
         return to_fixed_tuple(forces, n)
@@ -254,9 +259,9 @@ def elastic_kernel(n: int):
 def _add_bearing(mbs, nodes: list[Any], rows: np.ndarray, bearing: Bearing) -> None:
     """Add the radial part of a nonlinear bearing, whose motion rows (6, n) measure."""
     n, law = rows.shape[1], radial_record(bearing, 0.0)
-    arrays = np.ascontiguousarray(rows[:2]), np.zeros(n)
+    arrays = np.ascontiguousarray(rows[:2]), np.zeros(2 * n), np.zeros(n)
     record = np.zeros(1, BEARING)[0]
-    record.law, record.rows, record.forces = address_of(law), arrays[0].ctypes.data, arrays[1].ctypes.data
+    record.law, (record.rows, record.state, record.forces) = address_of(law), (array.ctypes.data for array in arrays)
     kernel, address = bearing_kernel(n), address_of(record)
 
     def elastic_bearing(mbs, t, item, q, q_t):
@@ -293,9 +298,11 @@ def bearing_kernel(n: int):
         law = radial_law_at(bearing.law)
         points, rows = points_of(law), carray(doubles_at(bearing.rows), (2, n))
         forces, at_x, at_y, v_x, v_y = carray(doubles_at(bearing.forces), n), 0.0, 0.0, 0.0, 0.0
+        put_all(bearing.state, x)
+        state = carray(doubles_at(bearing.state), 2 * n)
         for j in range(n):
-            at_x, at_y = at_x + rows[0, j] * x[j], at_y + rows[1, j] * x[j]
-            v_x, v_y = v_x + rows[0, j] * x[n + j], v_y + rows[1, j] * x[n + j]
+            at_x, at_y = at_x + rows[0, j] * state[j], at_y + rows[1, j] * state[j]
+            v_x, v_y = v_x + rows[0, j] * state[n + j], v_y + rows[1, j] * state[n + j]
         r, end = np.hypot(at_x, at_y), points[0, law.points - 1]
         if not r <= end:
             raise ValueError(r, end)
