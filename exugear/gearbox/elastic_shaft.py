@@ -341,13 +341,26 @@ def torsion_of(shaft: Shaft, modes: int) -> Torsion:
         stiffness[ends] -= twist.torsion * spring
         stiffness[gears], stiffness[:, gears] = 0.0, 0.0
         held_mass[gears], held_mass[:, gears] = 0.0, 0.0
-        mass[ends] += max(twist.torsion / CAP**2 - mass[gears, gears], 0.0) * spring
+        mass += _capped(mass, twist.torsion, squares, gears)
     between, diagonal = stiffness[:gears, :gears], np.arange(gears)
     between[diagonal, diagonal] -= between.sum(axis=1)
     damping = np.zeros_like(stiffness)
     damping[amplitudes, amplitudes] = 2 * shaft.damping_ratio * np.sqrt(squares * mass[amplitudes, amplitudes])
     damping[:gears, :gears] = between * _damping_time(between, held_mass[:gears, :gears], shaft.damping_ratio)
     return Torsion(mass, held_mass, stiffness, damping, modes)
+
+
+def _capped(mass: np.ndarray, torsion: float, squares: np.ndarray, gears: int) -> np.ndarray:
+    """Further mass (n, n) of the twist towards a free end and of modes: it lowers frequencies above the cap to the cap.
+
+    It acts on the twist alone, so that it does not add to the inertia of the shaft.
+    """
+    of_twist = np.eye(len(mass))[gears:]
+    of_twist[0, 0] = -1.0
+    part = mass[gears:, gears:]
+    high, modes = scipy.linalg.eigh(np.diag(np.r_[torsion, squares]), part)
+    momenta = of_twist.T @ part @ modes
+    return momenta @ np.diag(np.maximum(high / CAP**2 - 1, 0.0)) @ momenta.T
 
 
 def _damping_time(stiffness: np.ndarray, mass: np.ndarray, ratio: float) -> float:

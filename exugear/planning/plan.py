@@ -92,7 +92,7 @@ class Plan:
 
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
-        lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
+        lines = [f"{name}: {self._coordinates(name)} ({self.why[name]})" for name in self.shafts]
         lines += [f"{name}: {text}" for name, text in self.flexible.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
@@ -105,6 +105,13 @@ class Plan:
             if law.jumps.size:
                 lines.append(f"{label}: {JUMPS.format(', '.join(f'{x:.3f}' for x in law.jumps))}")
         return lines
+
+    def _coordinates(self, name: str) -> str:
+        """Coordinates of a shaft in words; those of an elastic one follow in a line of its own."""
+        if name not in self.elastic or not self.elastic[name].spatial:
+            return self.shafts[name].value
+        gears = len(self.elastic[name].shaft.stations)
+        return f"6 coordinates of {'its gear' if gears == 1 else 'each gear'}, elastic shaft on elastic bearings"
 
     def __str__(self) -> str:
         return "\n".join([*self.lines(), "integrator and step: known once the model is built (build(box).plan)"])
@@ -134,7 +141,7 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     why = {name: reason for name, (_, reason) in choices.items()}
     why |= {name: f"{why[name]}; held: its spin stays 0, and it takes the reaction" for name in gearbox.held}
     elastic, flexible = flexibility(gearbox, shafts)
-    shafts |= dict.fromkeys(elastic, Coordinates.BEARINGS)
+    shafts |= {name: Coordinates.BEARINGS for name, shaft in elastic.items() if shaft.spatial}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
     chosen = load is not None or loads is not None

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 
 from exugear.contact.reference_configuration import spatial_row
-from exugear.gearbox.elastic_shaft import PLANES, RIGID, ElasticShaft, elastic_shaft, rigid_motion, rigid_shaft
+from exugear.gearbox.elastic_shaft import CAP, PLANES, RIGID, ElasticShaft, elastic_shaft, rigid_motion, rigid_shaft
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.shaft import Shaft
@@ -63,7 +63,7 @@ class Errors(NamedTuple):
 
     def __str__(self) -> str:
         dte, forces = (f"{near:.2g} % (at most {far:.2g} %)" for near, far in 100 * np.array(self))
-        return f"{dte} in the DTE, {forces} in bearing forces"
+        return f"{dte} in the DTE" + (f", {forces} in bearing forces" if self.bearing[1] else "")
 
 
 class Response(NamedTuple):
@@ -158,7 +158,7 @@ def _chosen(gearbox: Gearbox, shaft: Shaft, shafts: Mapping[str, Coordinates]) -
 
     rigid = errors_of(rigid_shaft(shaft))
     several = len(shaft.stations) > 1
-    if rigid.small and not several:
+    if rigid.small and not several and _end_turns_slowly(shaft):
         return None, f"rigid but for the twist towards its end: errors beside finite elements {rigid}"
     if spatial:
         _check_loads_known(shaft)
@@ -172,9 +172,17 @@ def _chosen(gearbox: Gearbox, shaft: Shaft, shafts: Mapping[str, Coordinates]) -
             break
     reduced, errors = min(compared, key=lambda tried: tried[1].excess)
     larger = "" if errors.small else ", which is more than wanted"
-    shapes = f"{reduced.elastic + reduced.torsion.modes} elastic coordinates"
-    shapes += f", beside static shapes {reduced.modes} bending modes a plane and {reduced.torsion.modes} of torsion"
-    return reduced, f"{shapes}: errors beside finite elements {errors}{larger}; if it were rigid {rigid}"
+    twist = f"{reduced.torsion.modes} modes of torsion"
+    shapes = (
+        f"{reduced.elastic} elastic coordinates of static shapes and {reduced.modes} bending modes a plane, {twist}"
+    )
+    words = shapes if spatial else f"elastic in torsion, {twist}"
+    return reduced, f"{words}: errors beside finite elements {errors}{larger}; if it were rigid {rigid}"
+
+
+def _end_turns_slowly(shaft: Shaft) -> bool:
+    """Whether the steps of a run need no care of the free end of a shaft, whose inertia is small."""
+    return shaft.twist is None or shaft.twist.torsion < CAP**2 * shaft.twist.inertia
 
 
 def _check_loads_known(shaft: Shaft) -> None:
