@@ -75,7 +75,7 @@ class Torsion(NamedTuple):
     modes: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ElasticShaft:
     """A shaft by decoupled coordinates, 5 rigid and m elastic ones, and by those of its bodies and nodes in a run.
 
@@ -103,6 +103,9 @@ class ElasticShaft:
     damping: np.ndarray
     polar: np.ndarray
     torsion: Torsion
+
+    def __repr__(self) -> str:
+        return f"ElasticShaft({self.shaft.name!r}, {self.elastic} + {self.torsion.modes} elastic coordinates)"
 
     @property
     def elastic(self) -> int:
