@@ -107,10 +107,10 @@ def beam_of(cylinders: Sequence[Cylinder], material: Material, discs: Sequence[t
 
 def twist_shapes(beam: Beam, positions: Sequence[float]) -> np.ndarray:
     """(n, n_position) static twist with the angle 1 at one of some positions [m] and 0 at the others."""
-    nodes = [beam.node(position) for position in positions]
+    nodes = np.array([beam.node(position) for position in positions])
     free = np.setdiff1d(np.arange(beam.axial.size), nodes)
-    shapes = np.zeros((beam.axial.size, len(nodes)))
-    shapes[nodes, range(len(nodes))] = 1.0
+    shapes = np.zeros((beam.axial.size, nodes.size))
+    shapes[nodes, np.arange(nodes.size)] = 1.0
     k = beam.torsion_stiffness
     shapes[free] = np.linalg.solve(k[np.ix_(free, free)], -k[np.ix_(free, nodes)] @ shapes[nodes])
     return shapes
@@ -155,8 +155,10 @@ def _bending(length: float, phi: float) -> np.ndarray:
 def _masses(length: float, phi: float) -> tuple[np.ndarray, np.ndarray]:
     """(4, 4) mass of an element by its translation, over density and area, and by its rotation, over second moment."""
     a, b = length, length**2
-    m = 312 + 588 * phi + 280 * phi**2, (44 + 77 * phi + 35 * phi**2) * a, 108 + 252 * phi + 140 * phi**2
-    m = *m, -(26 + 63 * phi + 35 * phi**2) * a, (8 + 14 * phi + 7 * phi**2) * b, -(6 + 14 * phi + 7 * phi**2) * b
+    m = (
+        *(312 + 588 * phi + 280 * phi**2, (44 + 77 * phi + 35 * phi**2) * a, 108 + 252 * phi + 140 * phi**2),
+        *(-(26 + 63 * phi + 35 * phi**2) * a, (8 + 14 * phi + 7 * phi**2) * b, -(6 + 14 * phi + 7 * phi**2) * b),
+    )
     translation = [
         [m[0], m[1], m[2], m[3]],
         [m[1], m[4], -m[3], m[5]],

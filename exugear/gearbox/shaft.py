@@ -12,7 +12,7 @@ from exugear.gearbox.beam import Beam, beam_of, twist_shapes, whirl_frequencies
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.disc import Disc, require_all, require_possible
 from exugear.gearbox.drag import BearingDrag, Drag
-from exugear.gearbox.shaft_sections import bounds_of, cylinders_of, mass_of, ring_on, sections_of
+from exugear.gearbox.shaft_sections import Section, bounds_of, cylinders_of, mass_of, ring_on, sections_of
 from exugear.mesh_force.ring_pair import Ring
 from fem.gear.gear import Gear
 from fem.gear.material import STEEL, Material
@@ -248,10 +248,11 @@ class Shaft:
             require(self.torque_at is None, f"{rigid}; leave it out, or pass sections=[(d, length), ...]")
             return
         object.__setattr__(self, "sections", sections_of(owner, self.sections))
-        self._derive("length", float(bounds_of(self.sections)[-1]))
+        length = float(bounds_of(self.cylinders)[-1])
+        self._derive("length", length)
         if self.torque_at is not None:
-            within = 0 <= self.torque_at <= self.length
-            require(within, f"torque_at of {owner} must lie in [0, {self.length:g}] m, got {self.torque_at:g}")
+            within = f"torque_at of {owner} must lie in [0, {length:g}] m, got {self.torque_at:g}"
+            require(0 <= self.torque_at <= length, within)
 
     def _derive(self, name: str, value: float) -> None:
         """Set a field by its value, which a shaft with sections may be given but not otherwise."""
@@ -360,14 +361,18 @@ class Shaft:
     @property
     def bodies(self) -> list[tuple[float, Disc]]:
         """(axial position [m], body) of all that has mass: discs, gears and sections."""
-        return self.beside_sections + (mass_of(self.sections, self.material) if self.sections else [])
+        return self.beside_sections + mass_of(self.cylinders, self.material)
 
     @property
     def beside_sections(self) -> list[tuple[float, Disc]]:
         """(axial position [m], body) of discs and gears; of gears on sections the material around these."""
-        sections, gears = self.sections, self._parts_of(Gear)
-        rings = [(x, ring_on(sections, x, gear, self.name) if sections else blank(gear)) for x, gear in gears]
-        return self.discs + rings
+        rings = [(axial, ring_on(self.cylinders, axial, gear, self.name)) for axial, gear in self._parts_of(Gear)]
+        return self.discs + (rings if self.sections else [(x, blank(gear)) for x, gear in self._parts_of(Gear)])
+
+    @property
+    def cylinders(self) -> tuple[Section, ...]:
+        """The sections; none of a rigid shaft."""
+        return tuple(Section(*section) for section in self.sections or ())
 
     @property
     def drags(self) -> list[tuple[float, Drag | BearingDrag]]:
@@ -406,7 +411,8 @@ class Shaft:
         if couplings:
             return couplings[0]
         gears = [*self.gears] or [self.centre]
-        return self.length if self.length - max(gears) > min(gears) else 0.0
+        length = float(bounds_of(self.cylinders)[-1])
+        return length if length - max(gears) > min(gears) else 0.0
 
     @property
     def stations(self) -> tuple[float, ...]:
@@ -420,7 +426,7 @@ class Shaft:
             raise ValueError(f"shaft {self.name!r} has no sections; pass sections=[(d, length), ...]")
         toothed = dict(self._parts_of(Gear))
         nodes = [*self.parts, *self.stations, self.end_position]
-        pieces = cylinders_of(self.sections, nodes, toothed, ELEMENT)
+        pieces = cylinders_of(self.cylinders, nodes, toothed, ELEMENT)
         return beam_of(pieces, self.material, self.beside_sections)
 
     @cached_property

@@ -16,7 +16,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 from numba import carray
-from numba.np.unsafe.ndarray import to_fixed_tuple
+from numba.np.unsafe import ndarray
 
 from exugear.contact.recorder import HEADER, SAME, header_at, sample_of
 from exugear.gearbox.bearing import Bearing
@@ -36,6 +36,8 @@ ELASTIC = record_type(*((name, "i8") for name in ("elastic", "spin", "polar", "r
 #: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of such room.
 BEARING = record_type(*((name, "i8") for name in ("law", "rows", "state", "forces")))
 elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
+#: The function for kernels: (array, n) -> its n floats as a tuple.
+as_tuple: Any = ndarray.to_fixed_tuple
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,7 +253,7 @@ def elastic_kernel(n: int):
                     amplitude, rate = amplitude + rows[i, j] * state[j], rate + rows[i, j] * state[n + j]
                 floats_at(header.samples[0])[i * header.number + k] = amplitude
                 floats_at(header.samples[1])[i * header.number + k] = rate
-        return to_fixed_tuple(forces, n)
+        return as_tuple(forces, n)
 
     return elastic_shaft
 
@@ -309,6 +311,6 @@ def bearing_kernel(n: int):
         p, q = radial_reaction(points, law.damping, at_x, at_y, v_x, v_y)
         for j in range(n):
             forces[j] = rows[0, j] * p + rows[1, j] * q
-        return to_fixed_tuple(forces, n)
+        return as_tuple(forces, n)
 
     return elastic_bearing

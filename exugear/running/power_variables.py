@@ -160,16 +160,17 @@ def _with_torsion(
                 samples = mesh.recorder.power
                 angles[axial] = samples[f"spin_{side}"]
                 speeds[axial] = corrected(samples[f"speed_{side}"], factor)
-    ends = [motions[shaft.end_name]] if shaft.twist else []
-    turned = [*(angles[x] for x in shaft.stations), *(end.spin for end in ends)]
-    turning = [*(speeds[x] for x in shaft.stations), *(end.speed for end in ends)]
+    turned, turning = ([of[axial] for axial in shaft.stations] for of in (angles, speeds))
     torsion = built.elastic.torsion
     beside = (torsion.held_mass if held else torsion.mass).copy()
     beside[0, 0] -= shaft.body_inertia
-    if ends and not held:
-        beside[len(shaft.stations), len(shaft.stations)] -= shaft.twist.inertia
-    twists = np.column_stack([np.reshape(turned, (-1, number)).T - motion.spin[:, None], motion.twists])
-    rates = np.column_stack([np.reshape(turning, (-1, number)).T, motion.twist_rates])
+    if shaft.twist:
+        end = motions[shaft.end_name]
+        turned, turning = [*turned, end.spin], [*turning, end.speed]
+        beside[len(shaft.stations), len(shaft.stations)] -= 0.0 if held else shaft.twist.inertia
+    amplitudes, velocities = np.asarray(motion.twists), np.asarray(motion.twist_rates)
+    twists = np.column_stack([np.reshape(turned, (-1, number)).T - motion.spin[:, None], amplitudes])
+    rates = np.column_stack([np.reshape(turning, (-1, number)).T, velocities])
     return replace(motion, twists=twists, twist_rates=rates, beside=beside)
 
 

@@ -97,8 +97,8 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
         mesh.recorder.start(steps.interval, len(samples), **part, **kinds, zeroed=True)
     for torque in torques.values():
         torque.recorder.start(steps.interval, len(samples), **part)
-    for recorder in _beside_meshes(model):
-        recorder.start(steps.interval, len(samples), **part)
+    for further in _beside_meshes(model):
+        further.start(steps.interval, len(samples), **part)
     try:
         yield
     finally:
