@@ -5,11 +5,14 @@ import lazy_loader
 from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
-from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.gearbox import Gearbox, exact_ratios
+from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
 from exugear.gearbox.stage import Stage
+from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.load_factors.planet_shares import planet_shares
@@ -38,9 +41,11 @@ from exugear.signals import spectrum
 from exugear.signals.angle_sampling import over_angle
 from exugear.signals.envelope import dte_envelope, envelope, peaks
 from exugear.signals.levels import level, rms_sum
+from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
 from exugear.signals.resonances import resonances
 from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
+from exugear.signals.side_bands import force_seen_from_ring, side_bands
 from exugear.signals.signal import mesh_orders, recorded_signal, sensor_signal, signal
 from exugear.signals.sound import write_sound
 from exugear.steady_state.steady_states import steady_states
@@ -51,6 +56,8 @@ __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
     {
+        "exchange.rexs": ["read_rexs"],
+        "exchange.rexs_writing": ["write_rexs"],
         "reporting": ["graphics"],
         "reporting.animation": ["animate_mode", "animate_pair"],
         "reporting.report": ["report"],
@@ -72,6 +79,7 @@ __all__ = [
     "Drag",
     "EnergyBalance",
     "Gearbox",
+    "InnerPlanets",
     "MeshForce",
     "MeshFriction",
     "Model",
@@ -82,6 +90,7 @@ __all__ = [
     "Planetary",
     "Recorder",
     "RingPair",
+    "RollingBearing",
     "Rule",
     "Run",
     "RunStopped",
@@ -96,6 +105,7 @@ __all__ = [
     "__version__",
     "animate_mode",
     "animate_pair",
+    "bearing_life",
     "build",
     "campbell",
     "draw",
@@ -105,9 +115,12 @@ __all__ = [
     "efficiency",
     "eigenfrequencies",
     "envelope",
+    "exact_ratios",
+    "force_seen_from_ring",
     "graphics",
     "integrator",
     "level",
+    "member_orbit",
     "mesh_orders",
     "modes",
     "order_cut",
@@ -119,6 +132,7 @@ __all__ = [
     "planet_shares",
     "planetary_phases",
     "plots",
+    "read_rexs",
     "recorded_signal",
     "report",
     "resonances",
@@ -126,12 +140,14 @@ __all__ = [
     "run",
     "run_up",
     "sensor_signal",
+    "side_bands",
     "signal",
     "spectrogram",
     "spectrum",
     "steady_states",
     "stress_envelope",
     "waterfall",
+    "write_rexs",
     "write_sound",
 ]
 

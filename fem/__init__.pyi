@@ -7,6 +7,7 @@ from .gear.data_sheet import DataSheet, Quantity
 from .gear.gear import Gear
 from .gear.material import STEEL, Material
 from .gear.pinion_cutter import PinionCutter
+from .gear.rim_support import Bolts, Bush
 from .microgeometry.deviation import Grid, PitchDeviation
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
@@ -25,6 +26,8 @@ from .pair.pair import GearPair
 from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
+from .ste.ring_angle import over_pitches
+from .ste.ring_deflection import ring_deflection
 from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.transmission import static_transmission_error
@@ -35,6 +38,8 @@ from .support.version import __version__
 
 __all__ = [
     "STEEL",
+    "Bolts",
+    "Bush",
     "DataSheet",
     "Density",
     "EdgeBreak",
@@ -68,8 +73,10 @@ __all__ = [
     "map_cost",
     "mirror_image",
     "nonlinear",
+    "over_pitches",
     "pair_of",
     "peak_to_peak",
+    "ring_deflection",
     "root_stress",
     "save",
     "section",

@@ -50,10 +50,19 @@ WRONG: dict[str, Any] = {
 TAKEN = {
     **dict.fromkeys(("name", "title", "label", "message", "unit", "meaning", "fileName"), "string"),
     **dict.fromkeys(
-        ("colour", "colours", "path", "MeshForce.coast_unlike", "BuiltPlan.contact", "units", "long_name"), "string"
+        (
+            "colour",
+            "colours",
+            "path",
+            "MeshForce.coast_unlike",
+            "BuiltPlan.contact",
+            "units",
+            "long_name",
+        ),
+        "string",
     ),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
-    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage"), "string"),
+    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage", "RollingBearing.kind"), "string"),
     **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
         (

@@ -21,7 +21,9 @@ FOLDERS = (
     "fem/stress",
     "fem/reference",
     "exugear/mesh_force",
+    "exugear/rolling_bearings",
     "exugear/gearbox",
+    "exugear/exchange",
     "exugear/contact",
     "exugear/operation",
     "exugear/planning",
@@ -39,7 +41,10 @@ FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `exugear.reporting.graphics` draws the outline of `fem.gear.tooth_profile`.
 DOORS_TO_FEM = {
+    *("fem.microgeometry.flank", "fem.microgeometry.modification"),
+    *("fem.ste.transmission", "fem.pair.iso6336", "fem.gear.pinion_cutter"),
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.material", "fem.gear.tooth_profile"),
+    "fem.gear.rim_support",
     *(
         "fem.pair.pair",
         "fem.pair.offsets",

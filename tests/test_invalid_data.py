@@ -1,5 +1,6 @@
 """Invalid data: a valid gear, pair, shaft part or stage with an impossible number is refused in words."""
 
+from functools import partial
 from math import inf, nan
 from warnings import catch_warnings, simplefilter
 
@@ -22,6 +23,15 @@ MAKERS = {
     "material": (fem.Material, {"E": 210 * GPa, "nu": 0.3, "density": 7850.0}),
     "pair": (lambda a: fem.GearPair(paper_gear(), paper_gear(), a=a), {"a": 150 * mm}),
     "bearing": (exugear.Bearing, {"radial": 1e8, "axial": 1e8, "tilt": 1e4, "damping_time": 1e-5, "clearance": 5 * um}),
+    "deep groove": (
+        partial(exugear.RollingBearing.deep_groove, Z=9),
+        {"D_w": 12 * mm, "D_pw": 60 * mm, "r_i": 6.3 * mm, "r_e": 6.4 * mm, "clearance": 5 * um, "C": 2e4}
+        | {"E": 210 * GPa, "nu": 0.3, "damping_time": 1e-5},
+    ),
+    "tapered": (
+        partial(exugear.RollingBearing.tapered_roller, Z=14),
+        {"D_w": 10 * mm, "D_pw": 60 * mm, "L_we": 12 * mm, "alpha": 15 * deg, "C": 4e4},
+    ),
     "Schlenk": (exugear.SchlenkFriction, {"viscosity": 0.02, "roughness": 0.4 * um, "lubricant_factor": 1.0}),
     "Niemann": (exugear.NiemannFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),
     "Xu": (exugear.XuFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),

@@ -117,7 +117,7 @@ def contact_in_space(law, frame, q_1, q_2, v_1, v_2, friction=None, before=(0.0,
 def spin_motion(frame, q_1, q_2, v_1, v_2):
     """`Motion` of bodies that spin about fixed axes."""
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
-    advance, rate = d * (r_1 * q_1 + r_2 * q_2), d * (r_1 * v_1 + r_2 * v_2)
+    advance, rate = d * (r_1 * q_1 + r_2 * q_2) - frame.gap, d * (r_1 * v_1 + r_2 * v_2)
     return Motion(advance, rate, 0.0, d * turns * q_1 + frame.phase, d * turns * v_1)
 
 

@@ -16,8 +16,8 @@ NAMES = "deflection", "force", "a", "misalignment", "axial", "centroid", "pinion
 MOTION_NAMES, COMPONENTS = ("q_1", "q_2", "v_1", "v_2"), 5
 #: Potential of the mesh [J], power that its damping dissipates [W], spins [rad] and speeds [rad/s] of the bodies.
 POWER_NAMES = "energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2"
-#: Spin [rad] and speed [rad/s] of the carrier of the bodies.
-CARRIER_NAMES = "spin_3", "speed_3"
+#: Spin [rad] and speed [rad/s] of the carrier of the bodies, and torque of the mesh on it [N m].
+CARRIER_NAMES = "spin_3", "speed_3", "torque_3"
 #: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
 FRICTION_NAMES = "friction_force", "friction_loss"
 #: Quantities in the data of runs: name here (signs: `Recorder`), unit, long name; on bearings further ones.
@@ -159,7 +159,7 @@ class Recorder:
         motion     also record what `motion` returns
         power      also record what `power` returns
         friction   also record friction_force and friction_loss of a contact that has friction
-        carrier    with power, also record spin_3 and speed_3 of the carrier
+        carrier    with power, also record spin_3, speed_3 and torque_3 of the carrier
         zeroed     all samples but the deflection are 0, not NaN, until they are written, and take no memory until then;
                    the motion always
 
@@ -215,7 +215,7 @@ class Recorder:
     def power(self) -> dict[str, np.ndarray]:
         """(number,) potential [J], dissipated power [W], spins [rad] and speeds [rad/s] of both bodies, by name.
 
-        Of gears on a carrier also its spin_3 and speed_3 where these are recorded.
+        Of gears on a carrier also its spin_3, speed_3 and torque_3 [N m] where these are recorded.
         """
         require("energy" in self.samples, "the recorder has no power; start it with power=True")
         return {name: self.samples[name] for name in (*POWER_NAMES, *CARRIER_NAMES) if name in self.samples}

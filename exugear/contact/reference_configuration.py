@@ -36,7 +36,9 @@ GEAR = record_type(
 #: `relative_position.height`, angle of the line on the wheel's body less that on the pinion's [rad];
 #: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], up to whole multiples of
 #: which attitudes tell the advance; axes: of a rotated contact frame (columns), 0 where it is the global frame;
-#: between: from the pinion's body to the wheel's [m], along the global axes.
+#: between: from the pinion's body to the wheel's [m], along the global axes; fixed: displacements (x, y) of the axes of
+#: pinion and wheel from that of their carrier [m], which stand in the housing while the carrier turns, 0 of planets;
+#: gap: of the driving flanks where they should touch, by a tooth that is thinner than those of other planets [m].
 CONTACT_FRAME = record_type(
     ("pitches_per_radian", "f8"),
     ("phase", "f8"),
@@ -50,6 +52,8 @@ CONTACT_FRAME = record_type(
     ("base_pitch", "f8"),
     ("axes", "f8", (3, 3)),
     ("between", "f8", 3),
+    ("fixed", "f8", (2, 2)),
+    ("gap", "f8"),
     ("pinion", GEAR),
     ("wheel", GEAR),
 )

@@ -3,16 +3,21 @@
 U = q^T K q / 2, and for a bearing with clearance or table a function of the radial displacement, piecewise quadratic
 between the points of its table. The force on the shaft is -(dU/dq + damping d2U/dq2 dq/dt), the dissipated power
 damping dq/dt^T d2U/dq2 dq/dt: along a radial displacement the damping follows the tangent stiffness of the law, across
-it the secant. numpy and the compiled kernels call the same functions.
+it the secant. numpy and the compiled kernels call the same functions. Of rolling bearings U is a function of all
+displacements and tilts (`exugear.rolling_bearings.law`), and the damping follows its Hessian.
 """
 
 import numpy as np
 
 from exugear.gearbox.bearing import Bearing, about_pole
+from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.rolling_bearings.law import response
 from fem.support.numba_cache import compiled_or_not
 
 #: Displacement beyond the clearance at which the table ends [m].
 REACH = 1.0
+#: Number of samples whose Hessians are computed at once.
+BLOCK = 4096
 SMALLEST = float(np.finfo(float).tiny)
 
 
@@ -63,8 +68,13 @@ def radial_secant(bearing: Bearing, force: float) -> float:
     return force / float(np.interp(force, forces[contact:], displacement[contact:]))
 
 
-def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
-    """(6, 6) stiffness about a pole at a distance lever [m], without the radial part of a nonlinear bearing."""
+def linear_part(bearing: Bearing | RollingBearing, lever: float) -> np.ndarray:
+    """(6, 6) stiffness about a pole at a distance lever [m], without the radial part of a nonlinear bearing.
+
+    0 for a rolling bearing.
+    """
+    if isinstance(bearing, RollingBearing):
+        return np.zeros((6, 6))
     if bearing.linear:
         return bearing.at(lever)
     return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
@@ -77,8 +87,10 @@ def radial_part(k: float | np.ndarray, lever: float) -> np.ndarray:
     return about_pole(stiffness, lever)
 
 
-def tangent_stiffness(bearing: Bearing, lever: float, q: np.ndarray) -> np.ndarray:
+def tangent_stiffness(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> np.ndarray:
     """(6, 6) Hessian of the potential about a pole, a distance lever [m] below, at its displacement q (6,)."""
+    if isinstance(bearing, RollingBearing):
+        return np.pad(response(bearing.law_of_runs, lever, q[None, :5]).hessian[0], (0, 1))
     stiffness = linear_part(bearing, lever)
     if not bearing.linear:
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
@@ -86,16 +98,38 @@ def tangent_stiffness(bearing: Bearing, lever: float, q: np.ndarray) -> np.ndarr
     return stiffness
 
 
-def strain_energy(bearing: Bearing, lever: float, q: np.ndarray) -> np.ndarray:
+def potential(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Energy [J], gradient (5,) and Hessian (5, 5) of a bearing at the displacement q (5,) [m, rad] of a pole."""
+    if isinstance(bearing, RollingBearing):
+        energies, gradients, hessians = response(bearing.law, lever, q[None])
+        return float(energies[0]), gradients[0], hessians[0]
+    gradient = linear_part(bearing, lever)[:5, :5] @ q
+    if not bearing.linear:
+        _, (x, y), _ = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
+        gradient = gradient + np.array([x, y, 0.0, -lever * y, lever * x])
+    return float(strain_energy(bearing, lever, q[None])[0]), gradient, tangent_stiffness(bearing, lever, q)[:5, :5]
+
+
+def strain_energy(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> np.ndarray:
     """(n,) energy [J] of a bearing at displacements q (n, 5) [m, rad] of a pole, a distance lever [m] below."""
+    if isinstance(bearing, RollingBearing):
+        return np.concatenate([response(bearing.law_of_runs, lever, part).energy for part in _blocks(q)])
     energy = 0.5 * np.einsum("ni,ij,nj->n", q, linear_part(bearing, lever)[:5, :5], q)
     if bearing.linear:
         return energy
     return energy + radial_potential(radial_points(bearing), *_radial_motion(lever, q))[0]
 
 
-def dissipated_power(bearing: Bearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+def dissipated_power(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
     """(n,) power [W] that the damping of a bearing dissipates, at displacements q (n, 5) and rates q_t of a pole."""
+    if isinstance(bearing, RollingBearing):
+        if not bearing.damping_time:
+            return np.zeros(len(q))
+        parts = zip(_blocks(q), _blocks(q_t), strict=True)
+        powers = [
+            np.einsum("ni,nij,nj->n", w, response(bearing.law_of_runs, lever, part).hessian, w) for part, w in parts
+        ]
+        return bearing.damping_time * np.concatenate(powers)
     power = np.einsum("ni,ij,nj->n", q_t, linear_part(bearing, lever)[:5, :5], q_t)
     if not bearing.linear:
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
@@ -109,6 +143,17 @@ def radial_reaction(points, damping, x, y, u, v):
     """Force (x, y) [N] of a nonlinear bearing on its shaft, at displacements x, y [m] and rates u, v [m/s]."""
     _, gradient, (xx, xy, yy) = radial_potential(points, x, y)
     return -(gradient[0] + damping * (xx * u + xy * v)), -(gradient[1] + damping * (xy * u + yy * v))
+
+
+def rolling_reaction(bearing: RollingBearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+    """(n, 3) forces [N] of a rolling bearing on its shaft, at displacements q (n, 5) and rates q_t of a pole."""
+    _, gradient, hessian = response(bearing.law_of_runs, lever, q)
+    return -gradient[:, :3] - bearing.damping_time * np.einsum("nij,nj->ni", hessian[:, :3], q_t)
+
+
+def _blocks(q: np.ndarray) -> list[np.ndarray]:
+    """The samples in blocks that stay in the processor's cache."""
+    return [q[first : first + BLOCK] for first in range(0, max(len(q), 1), BLOCK)]
 
 
 def _radial_motion(lever: float, q: np.ndarray):

@@ -30,8 +30,9 @@ def given_loads(gearbox: Gearbox, load: float | None, loads: Mapping[str, float]
     bodies = gearbox.ends
     unknown = [name for name in loads if name not in bodies]
     require(not unknown, f"loads: no shafts {unknown}; the shafts are {[*bodies]}")
-    driving = f"loads: shaft {gearbox.driving.name!r} drives, its drive takes the torque that is left; leave it out"
-    require(not {gearbox.driving.name, gearbox.driving.end} & loads.keys(), driving)
+    for name in gearbox.independent:
+        driving = f"loads: shaft {name!r} drives, its drive takes the torque that is left; leave it out"
+        require(not {name, bodies[name].end} & loads.keys(), driving)
     torques = {name: float(torque) for name, torque in loads.items()}
     finite = all(map(isfinite, torques.values())) and any(torques.values())
     require(finite, f"loads must be finite and not all 0, got {torques}; {NO_LOAD}")
@@ -45,7 +46,7 @@ def mesh_forces(gearbox: Gearbox, loads: Mapping[str, float]) -> np.ndarray:
     for name, torque in loads.items():
         shaft = gearbox.ends[name].name
         torques[shafts.index(shaft)] -= gearbox.directions[shaft] * torque
-    return gearbox.forces_under(torques, 0.0, held=gearbox.driving.name)
+    return gearbox.forces_of_motion(torques, 0.0, gearbox.independent)
 
 
 def words_of(gearbox: Gearbox, loads: Mapping[str, float]) -> str:

@@ -13,7 +13,7 @@ from math import cos, hypot, sin
 import numpy as np
 import scipy
 
-from exugear.gearbox.planetary_kinematics import MeshOfMembers, speeds_of_members
+from exugear.gearbox.planetary_kinematics import MeshOfMembers
 from exugear.gearbox.stage import Stage
 from fem.support.validation import require
 from fem.units import mm
@@ -88,13 +88,12 @@ def _coaxial(stages: Sequence[Stage]) -> list[tuple[str, str]]:
     return [(sun, carrier) for carrier, sun in suns.items()]
 
 
-def exact_speeds(stages: Sequence[Stage], driving: str, held: Sequence[str]) -> dict[str, Fraction]:
-    """Speed of every shaft over that of the driving one with carriers or held shafts; ValueError as there."""
-    meshes = [
+def meshes_of(stages: Sequence[Stage]) -> list[MeshOfMembers]:
+    """The meshes of stages by the names of their shafts."""
+    return [
         MeshOfMembers(*_shaft_names(x), x.pair.pinion.z, x.pair.wheel.z, x.carrier.name if x.carrier else None)
         for x in stages
     ]
-    return speeds_of_members(meshes, driving, held)
 
 
 def speed_ratios(stages: Sequence[Stage], traversal: Traversal) -> dict[str, Fraction]:

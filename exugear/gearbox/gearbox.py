@@ -1,15 +1,27 @@
 """The gearbox as data: stages that couple parallel shafts, in trees and in loops, and planetary sets."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from math import hypot, isfinite, pi
+from typing import Any
 
 import numpy as np
 
-from exugear.gearbox.gear_train import CLOSED, exact_speeds, shaft_positions, speed_ratios, traverse, traverse_shafts
-from exugear.gearbox.mesh_phasing import phases
+from exugear.gearbox.gear_train import (
+    CLOSED,
+    Traversal,
+    meshes_of,
+    shaft_positions,
+    speed_ratios,
+    traverse,
+    traverse_shafts,
+)
+from exugear.gearbox.inner_planets import InnerPlanets
+from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
+from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
@@ -19,32 +31,43 @@ from fem.units import mm
 
 #: Share of the largest mesh force below which a force is rounding.
 ROUNDING = 1e-9
+#: Share of the largest mesh force below which a mesh is idle: it is the rounding of the solve.
+IDLE = 1e-12
 #: Share of a pitch within which the loaded flanks of a loop touch at the same time.
 TOGETHER = 1e-6
+#: Singular value of speeds per speeds below which they depend on one another.
+DEPENDENT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Gearbox:
     """Stages and planetary sets that couple parallel shafts.
 
-    stages      `exugear.Stage` and `exugear.Planetary`, in a tree or in loops; afterwards the stages alone, those of a
-                set in the order of its planets, sun first
+    stages      `exugear.Stage`, `exugear.Planetary` and `InnerPlanets`, in a tree or in loops; afterwards the stages
+                alone, those of a set in the order of its planets, sun first
     held        name of the shaft that the housing holds, or several: ring, sun or carrier, which take the reaction
-    driving     shaft whose speed the drive of `run_up` prescribes, or its name: by default the first stage's fast
-                shaft, of a set its sun, or its ring where the sun is held
+    speeds      where sets leave several speeds free: as many names of shafts with their speeds about z in nominal
+                operation, of which only the ratios count, such as speeds={"sun": 1.0, "ring": -0.2}. `run_up`
+                prescribes them all in these ratios; drives and loads of `run` impose speeds or torques on any of them
+    driving     shaft whose speed the drive of `run_up` prescribes, or its name: by default the first of speeds that
+                turns, else the first stage's fast shaft, of a set its sun, or its ring where the sun is held
     driven      shaft that carries the load of `run_up`, or its name: by default the last stage's slow shaft, of a set
                 its carrier, or its ring where the carrier is held or drives
 
     Derived from them, by the name of the shaft or in the order of the stages:
 
+    sets              the `exugear.Planetary` among the stages that were given
     ratios            speed of every shaft over that of the driving shaft, 0 if held; on a carrier that of the planet
-                      itself, not that relative to the carrier
+                      itself, not that relative to the carrier. Where several speeds are free: in nominal operation
+    motions           (n_free, n_shaft) speed of every shaft per speed of each of the `independent` ones
     directions        sense of rotation of every shaft about z, +1 or -1; +1 for the driving shaft and where it stands
     flank_senses      of every stage: sense +1 or -1 in which the pinion drives with the flanks for which the map is.
                       Without carriers its sense of rotation; on a carrier that of the torque that drives it
     shaft_positions   x, y of every shaft [m], the first stage's fast shaft at 0; of planets while their carrier stands
                       in the reference configuration
     phases            of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
+    gaps              of every stage [m] where they do not, as planets have thinner (> 0) or thicker teeth (< 0) than
+                      the first one
 
     Raises ValueError for gears without a mate, shafts that are not coupled, two shafts of the same name, loops that do
     not close, jam, do not assemble, or whose loaded flanks do not touch at the same time, and for planetary sets in
@@ -53,21 +76,28 @@ class Gearbox:
 
     stages: tuple[Stage, ...]
     held: Sequence[str] = field(default=(), kw_only=True)
+    speeds: Mapping[str, float] | None = field(default=None, kw_only=True)
     driving: Shaft = field(default=DERIVED, kw_only=True)
     driven: Shaft = field(default=DERIVED, kw_only=True)
+    sets: tuple[Planetary, ...] = field(init=False, repr=False)
     ratios: dict[str, float] = field(init=False, repr=False)
+    motions: np.ndarray = field(init=False, repr=False)
     directions: dict[str, int] = field(init=False, repr=False)
     flank_senses: tuple[int, ...] = field(init=False, repr=False)
     shaft_positions: dict[str, tuple[float, float]] = field(init=False, repr=False)
     phases: tuple[float, ...] = field(init=False, repr=False)
+    gaps: tuple[float, ...] = field(init=False, repr=False)
 
     def __post_init__(self):
         members = self.stages if isinstance(self.stages, list | tuple) else [self.stages]
-        listed = isinstance(self.stages, list | tuple) and all(isinstance(x, Stage | Planetary) for x in members)
-        kinds = f"stages must be a list of Stage and Planetary, got {type(self.stages).__name__}"
+        listed = isinstance(self.stages, list | tuple) and all(
+            isinstance(x, Stage | Planetary | InnerPlanets) for x in members
+        )
+        kinds = f"stages must be a list of Stage, Planetary and InnerPlanets, got {type(self.stages).__name__}"
         require(listed, f"{kinds}; write Gearbox([stage])")
         stages = [stage for member in members for stage in getattr(member, "stages", (member,))]
         object.__setattr__(self, "stages", tuple(stages))
+        object.__setattr__(self, "sets", tuple(member for member in members if isinstance(member, Planetary)))
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
         self._choose_ends()
@@ -78,7 +108,10 @@ class Gearbox:
         require(self.driving.name != self.driven.name, f"{ends}, or name driving= and driven=")
         object.__setattr__(self, "flank_senses", self._senses_of_flanks())
         self._check_flanks()
-        object.__setattr__(self, "phases", phases(self.stages, self.flank_senses, self.shaft_positions))
+        scene = self.stages, self.flank_senses, self.shaft_positions
+        of_teeth = phasing(*scene, self._stepped_planets(members))
+        object.__setattr__(self, "phases", of_teeth.phases)
+        object.__setattr__(self, "gaps", of_teeth.gaps)
 
     def __repr__(self) -> str:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
@@ -191,7 +224,39 @@ class Gearbox:
 
         In loops the meshes share the load so that their elastic energy is least, at the largest stiffness of each.
         """
-        return self.forces_under(self._load(load), acceleration, held=self.driving.name).tolist()
+        accelerations = acceleration * self.nominal_ratios
+        return self._forces_under(self.rows, self._load(load), accelerations, self.independent).tolist()
+
+    @property
+    def nominal_ratios(self) -> np.ndarray:
+        """(n_shaft,) `ratios` in the order of the shafts."""
+        return np.array([self.ratios[shaft.name] for shaft in self.shafts])
+
+    def anchors(self, imposed: Sequence[str]) -> tuple[str, ...]:
+        """Shafts whose speeds are imposed, followed by independent ones that with them determine all speeds."""
+        names = [shaft.name for shaft in self.shafts]
+        chosen = [name for name in imposed if self.motions[:, names.index(name)].any()]
+        for name in self.independent:
+            columns = self.motions[:, [names.index(x) for x in (*chosen, name)]]
+            if name not in chosen and np.linalg.matrix_rank(columns, tol=DEPENDENT) == len(chosen) + 1:
+                chosen.append(name)
+        return tuple(chosen)
+
+    def motions_of(self, names: Sequence[str]) -> np.ndarray:
+        """(n_free, n_shaft) speed of every shaft about z per speed of each of n_free shafts that determine them."""
+        shafts = [shaft.name for shaft in self.shafts]
+        return np.linalg.solve(self.motions[:, [shafts.index(name) for name in names]], self.motions)
+
+    @cached_property
+    def cycles(self) -> np.ndarray:
+        """(n_stage, n_shaft) mesh cycles per radian of each shaft; on a carrier those of the speeds in its frame."""
+        column = {shaft.name: j for j, shaft in enumerate(self.shafts)}
+        cycles = np.zeros((len(self.stages), len(column)))
+        for row, stage in zip(cycles, self.stages, strict=True):
+            row[column[stage.fast.name]] = stage.pair.pinion.z / (2 * pi)
+            if stage.carrier:
+                row[column[stage.carrier.name]] = -stage.pair.pinion.z / (2 * pi)
+        return cycles
 
     def _load(self, load: float) -> np.ndarray:
         """(n_shaft,) torques about z [N m] of a load against the motion of the driven shaft."""
@@ -206,24 +271,39 @@ class Gearbox:
         acceleration   of the driving shaft [rad/s^2]
         held           name of the shaft whose speed is imposed; its drive takes the torque that is left
         """
-        return self._forces_under(self.rows, torques, acceleration, held)
-
-    def _forces_under(self, rows: np.ndarray, torques, acceleration: float, held: str) -> np.ndarray:
-        """`forces_under` with other rows."""
         shafts = [shaft.name for shaft in self.shafts]
         shape = f"torques must have the shape ({len(shafts)},), a value for each of {shafts}, got {np.shape(torques)}"
         require(np.shape(torques) == (len(shafts),), shape)
         require(held in shafts, f"held must be one of the shafts {shafts}, got {held!r}")
-        inertia_torques = [self.turning_inertias[name] * self.ratios[name] * acceleration for name in shafts]
+        return self.forces_of_motion(torques, acceleration * self.nominal_ratios, self.anchors([held]))
+
+    def forces_of_motion(self, torques, accelerations, held: Sequence[str]) -> np.ndarray:
+        """(n_stage,) mesh forces [N] under torques about z (n_shaft,) [N m] at accelerations of all shafts (n_shaft,).
+
+        held   names of the shafts whose speeds are imposed; their drives take the torques that are left
+        """
+        return self._forces_under(self.rows, torques, accelerations, held)
+
+    def _forces_under(self, rows: np.ndarray, torques, accelerations, held: Sequence[str]) -> np.ndarray:
+        """`forces_of_motion` with other rows."""
+        shafts = [shaft.name for shaft in self.shafts]
+        inertia_torques = np.array([self.turning_inertias[name] for name in shafts]) * accelerations
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
-        free = [name != held and name not in self.reaction_members for name in shafts]
+        free = [name not in held and name not in self.reaction_members for name in shafts]
         balance = (rows * root[:, None]).T[free]
-        return root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
+        forces = root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
+        return np.where(np.abs(forces) > IDLE * np.abs(forces).max(), forces, 0.0)
 
     @checked
     def offsets(self, stage: Stage) -> dict[str, float]:
         """a [m], misalignment [rad] and axial [m] of a stage whose shafts are displaced (signs as in `fem.Offsets`)."""
         return stage_offsets(stage, self.shaft_positions, self.direction_of(stage))
+
+    def _stepped_planets(self, members: Sequence[Any]) -> list[SteppedPlanet]:
+        """First planets of sets with stepped planets."""
+        numbers = {id(stage): number for number, stage in enumerate(self.stages)}
+        sets = [member for member in members if isinstance(member, Planetary) and member.stepped]
+        return [SteppedPlanet(*(numbers[id(x)] for x in each.stages[:2]), each.ring_phase) for each in sets]
 
     def _check_names(self) -> None:
         for stage in self.stages:
@@ -241,11 +321,36 @@ class Gearbox:
         require(not unknown, f"held: no shafts {unknown}; the shafts are {names}")
         object.__setattr__(self, "held", held)
         first, last = self._members(self.stages[0]), self._members(self.stages[-1])
-        driving = self._end("driving", [first["sun"], first["ring"]])
+        self._check_speeds(names)
+        turning = [self.ends[name] for name, speed in (self.speeds or {}).items() if speed]
+        driving = self._end("driving", turning or [first["sun"], first["ring"]])
         object.__setattr__(self, "driving", driving)
         candidates = [last["carrier"], last["ring"], last["sun"]] if self.stages[-1].carrier else [last["ring"]]
-        candidates = sorted(candidates, key=lambda shaft: shaft.name == driving.name)
+        imposed = driving.name, *(self.speeds or ())
+        candidates = sorted(candidates, key=lambda shaft: shaft.name in imposed)
         object.__setattr__(self, "driven", self._end("driven", candidates))
+
+    def _check_speeds(self, names: Sequence[str]) -> None:
+        """ValueError for speeds of shafts that do not exist or are held, that are not finite, or all 0."""
+        if self.speeds is None:
+            return
+        listed = self.speeds.values() if isinstance(self.speeds, Mapping) else [None]
+        mapped = bool(listed) and all(isinstance(x, int | float | Fraction) for x in listed)
+        kinds = "speeds must map names of shafts to speeds, such as {'sun': 1.0, 'ring': 0.5}"
+        require(mapped, f"{kinds}, got {text_of(self.speeds)}")
+        unknown = [name for name in self.speeds if name not in names]
+        require(not unknown, f"speeds: no shafts {unknown}; the shafts are {names}")
+        held = [name for name in self.speeds if name in self.reaction_members]
+        require(not held, f"speeds: shafts {held} are held; name other ones")
+        turn = all(isfinite(x) for x in self.speeds.values()) and any(self.speeds.values())
+        require(
+            turn, f"speeds must be finite and not all 0, got {dict(self.speeds)}; of a shaft that stands pass held="
+        )
+
+    @property
+    def independent(self) -> tuple[str, ...]:
+        """Names of the shafts whose speeds determine all others: those of `speeds`, else the driving one."""
+        return tuple(self.speeds) if self.speeds else (self.driving.name,)
 
     def _members(self, stage: Stage) -> dict[str, Shaft]:
         """Sun, ring and carrier of the set of a stage: of its carrier the first fast and the last slow shaft."""
@@ -290,15 +395,30 @@ class Gearbox:
 
     def _place_shafts(self) -> None:
         traversal = traverse_shafts(self.stages)
-        if self.reaction_members or any(stage.carrier for stage in self.stages):
-            ratios = exact_speeds(self.stages, self.driving.name, self.reaction_members)
-        else:
-            ratios = speed_ratios(self.stages, traversal)
-            ratios = {name: ratio / ratios[self.driving.name] for name, ratio in ratios.items()}
+        motions = self._exact_motions(traversal)
+        nominal = self.speeds or {self.driving.name: 1.0}
+        names = [shaft.name for shaft in self.shafts]
+        first = next(iter(motions.values()))
+        speeds = {name: sum(Fraction(nominal[x]) * motions[x][name] for x in nominal) for name in first}
+        drives = f"speeds let the driving shaft {self.driving.name!r} stand; name another one, driving=..."
+        require(speeds[self.driving.name] != 0, drives)
+        ratios = {name: speed / speeds[self.driving.name] for name, speed in speeds.items()}
         directions = {name: 1 if ratio >= 0 else -1 for name, ratio in ratios.items()}
         object.__setattr__(self, "ratios", {name: float(ratio) for name, ratio in ratios.items()})
+        rows = [[float(motion[name]) for name in names] for motion in motions.values()]
+        object.__setattr__(self, "motions", np.array(rows))
         object.__setattr__(self, "directions", directions)
         object.__setattr__(self, "shaft_positions", shaft_positions(self.stages, traversal))
+
+    def _exact_motions(self, traversal: Traversal) -> dict[str, dict[str, Fraction]]:
+        """Speed of every shaft per speed of each independent one."""
+        if self.speeds:
+            return motions_of_members(meshes_of(self.stages), self.independent, self.reaction_members)
+        name = self.driving.name
+        if self.reaction_members or any(stage.carrier for stage in self.stages):
+            return {name: speeds_of_members(meshes_of(self.stages), name, self.reaction_members)}
+        ratios = speed_ratios(self.stages, traversal)
+        return {name: {shaft: ratio / ratios[name] for shaft, ratio in ratios.items()}}
 
     def _senses_of_flanks(self) -> tuple[int, ...]:
         """Sense of the driving flanks of each stage (`flank_senses`).
@@ -323,7 +443,7 @@ class Gearbox:
                 for i in numbers:
                     senses[i] = of_gears[edges[i][0]]
         if trains:
-            forces = self._forces_under(self._rows(senses), self._load(1.0), 0.0, self.driving.name)
+            forces = self._forces_under(self._rows(senses), self._load(1.0), 0.0, self.independent)
             for numbers in trains:
                 most = max(numbers, key=lambda i: abs(forces[i]))
                 backwards = forces[most] < -ROUNDING * np.abs(forces).max()
@@ -336,7 +456,7 @@ class Gearbox:
         forces = np.array(self.static_forces(1.0))
         backlashes = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
         advance = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(backlashes), 0.0)
-        ends = self.driving.name, *self.reaction_members
+        ends = *self.independent, *self.reaction_members
         rows = self.rows[:, [shaft.name not in ends for shaft in self.shafts]]
         apart = np.abs(advance - rows @ np.linalg.lstsq(rows, advance)[0]).max()
         back = [stage.name for stage, x in zip(self.stages, advance, strict=True) if x]
@@ -344,3 +464,19 @@ class Gearbox:
         pitches = [2 * pi * stage.pair.pinion.r_b / stage.pair.pinion.z for stage in self.stages]
         together = bool(apart < TOGETHER * min(pitches))
         require(together, f"loaded flanks of a loop do not touch at the same time: {cause}")
+
+
+@checked
+def exact_ratios(
+    stages: Sequence[Stage | Planetary | InnerPlanets], *, driving: str, held: str | Sequence[str] = ()
+) -> dict[str, Fraction]:
+    """Exact speed of every shaft over that of the driving one in coupled sets and stages, by the names of the shafts.
+
+    stages   as of a `Gearbox`; sets that share shafts are coupled
+    driving  name of the driving shaft
+    held     names of the shafts that the housing holds: another choice gives another gear
+
+    Raises ValueError where the train jams, and where no member takes the reaction, with members to hold.
+    """
+    listed: list[Stage] = [stage for member in stages for stage in getattr(member, "stages", (member,))]
+    return speeds_of_members(meshes_of(listed), driving, (held,) if isinstance(held, str) else tuple(held))

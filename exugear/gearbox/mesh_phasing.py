@@ -11,9 +11,13 @@ are those in the mid-plane of each gear: where the mid-planes of a helical pair 
 Planets are taken where they stand in the reference configuration; as their carrier turns, phases stay. A ring has the
 pitch point on the same side as its mate, and z < 0: its tooth position grows as it turns with the pinion. It is counted
 from the flank that touches: a ring meshes with planets alone, and its tooth thickness shifts all of them alike.
+
+Planets whose teeth are thinner than those of the first one touch sun and ring one after the other: a gap remains.
+
+The gears of a stepped planet are fixed to each other: the phase with the ring follows from that with the sun.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import cos, pi
 from typing import NamedTuple
 
@@ -42,21 +46,60 @@ class AtPhaseZero(NamedTuple):
         return self.wheel - self.pinion
 
 
-def phases(
-    stages: Sequence[Stage], directions: Sequence[int], positions: Mapping[str, tuple[float, float]]
-) -> tuple[float, ...]:
-    """Phase of every stage; ValueError where the teeth of a loop of gears do not fit, or given phases disagree.
+class SteppedPlanet(NamedTuple):
+    """The stages of a stepped planet with sun and ring, by their numbers.
+
+    ring_phase   function of the direction of the sun's stage and of its phase: phase with the ring
+    """
+
+    sun: int
+    ring: int
+    ring_phase: Callable[[int, float], float]
+
+
+class Phasing(NamedTuple):
+    """Phase of every stage, and the gap [m] of its driving flanks where they should touch.
+
+    Planets with thinner teeth than the first one have a gap, those with thicker ones a gap < 0, in the last of their
+    meshes.
+    """
+
+    phases: tuple[float, ...]
+    gaps: tuple[float, ...]
+
+
+def phasing(
+    stages: Sequence[Stage],
+    directions: Sequence[int],
+    positions: Mapping[str, tuple[float, float]],
+    stepped: Sequence[SteppedPlanet] = (),
+) -> Phasing:
+    """Phases and gaps of all stages; ValueError where teeth of a loop of gears do not fit, or given phases disagree.
 
     directions   sense in which the pinion of each stage drives, +1 or -1
     positions    x, y [m] of each shaft
+    stepped      first stepped planets of sets
     """
     at_zero = [_at_phase_zero(stage, direction, positions) for stage, direction in zip(stages, directions, strict=True)]
     edges = [stage.ends for stage in stages]
-    known: dict[int, float] = {}
+    known, gaps = dict[int, float](), dict[int, float]()
+    given = {i: stage.phase for i, stage in enumerate(stages) if stage.phase is not None}
     while rest := [i for i in range(len(stages)) if i not in known]:
-        known |= _phases_of_train(stages, directions, at_zero, traverse(edges, edges[rest[0]][0]))
+        train = traverse(edges, edges[rest[0]][0])
+        known |= _phases_of_train(stages, at_zero, train, given)
+        gaps |= _gaps_of_loops(stages, directions, at_zero, train)
+        for planet in stepped:
+            if planet.sun in known and planet.ring not in given:
+                order = (
+                    f"phases of ring {stages[planet.ring].slow.name!r} follow from its other planets, those of stepped"
+                )
+                require(
+                    planet.ring not in known, f"{order} ones from their sun; list the set of the stepped ones first"
+                )
+                given[planet.ring] = planet.ring_phase(directions[planet.sun], known[planet.sun])
     # The second remainder turns 1.0, to which small negative phases round, into 0.0.
-    return tuple(known[i] % 1.0 % 1.0 for i in range(len(stages)))
+    in_order = range(len(stages))
+    return Phasing(tuple(known[i] % 1.0 % 1.0 for i in in_order), tuple(gaps.get(i, 0.0) for i in in_order))
 
 
 def _at_phase_zero(stage: Stage, direction: int, positions: Mapping[str, tuple[float, float]]) -> AtPhaseZero:
@@ -73,23 +116,24 @@ def _at_phase_zero(stage: Stage, direction: int, positions: Mapping[str, tuple[f
 
 
 def _phases_of_train(
-    stages: Sequence[Stage], directions: Sequence[int], at_zero: Sequence[AtPhaseZero], train: Traversal
+    stages: Sequence[Stage],
+    at_zero: Sequence[AtPhaseZero],
+    train: Traversal,
+    given: Mapping[int, float],
 ) -> dict[int, float]:
     """Phases of the stages whose gears mesh with one another."""
     positions = dict.fromkeys(train.paths, 0.0)
     for i, sense in train.tree:
         reached, new = stages[i].ends[::sense]
         positions[new] = positions[reached] + sense * at_zero[i].wheel_advance
-    _check_loops(stages, directions, at_zero, train)
     numbers = sorted([*(i for i, _ in train.tree), *train.closing])
     relative = {i: positions[stages[i].ends[0]] - at_zero[i].pinion for i in numbers}
-    shift = _shift(stages, relative)
+    shift = _shift(stages, relative, {i: phase for i, phase in given.items() if i in relative})
     return {i: phase + shift for i, phase in relative.items()}
 
 
-def _shift(stages: Sequence[Stage], relative: Mapping[int, float]) -> float:
+def _shift(stages: Sequence[Stage], relative: Mapping[int, float], given: Mapping[int, float]) -> float:
     """Shift of the phases of a train to a given phase; without one, to phase 0 in the first stage."""
-    given = {i: phase for i in relative if (phase := stages[i].phase) is not None}
     first = next(iter(given or relative))
     shift = given.get(first, 0.0) - relative[first]
     for i, phase in given.items():
@@ -104,18 +148,42 @@ def wrapped(share: float) -> float:
     return share - round(share)
 
 
-def _check_loops(
+def _gaps_of_loops(
     stages: Sequence[Stage], directions: Sequence[int], at_zero: Sequence[AtPhaseZero], train: Traversal
-) -> None:
-    """Require the assembly condition: along a loop of gears the teeth must fit."""
+) -> dict[int, float]:
+    """Gaps [m] of the stages that close loops; ValueError unless the teeth fit along them (assembly condition).
+
+    On a carrier teeth of other thickness than that of the first planet leave gaps, and fit nevertheless.
+    """
+    gaps = {}
     for i in train.closing:
         loop = train.loop(i, stages[i].ends)
-        miss = wrapped(sum(sense * at_zero[j].wheel_advance for j, sense in loop))
+        by_thickness = sum(sense * _thicker(stages, j) for j, sense in loop)
+        miss = wrapped(sum(sense * at_zero[j].wheel_advance for j, sense in loop) - by_thickness)
         if abs(miss) >= FITS:
             names = ", ".join(stages[j].name for j, _ in loop)
             apart = f"the loop {names} cannot be assembled: phase error {miss:.4g} pitch"
             angles = fitting_remedy(stages, _assembling_angles(stages, directions, loop, miss))
             raise ValueError(f"{apart}; {angles}; or give one shaft a gear of its own for each mesh")
+        pinion = stages[i].pair.pinion
+        gaps[i] = -by_thickness * 2 * pi * pinion.r_b / pinion.z
+    return gaps
+
+
+def _thicker(stages: Sequence[Stage], number: int) -> float:
+    """Half thicknesses of the teeth of a stage less those of the first such stage on its carrier [pitches]."""
+    stage = stages[number]
+    alike = [x for x in stages if x.carrier and stage.carrier and x.carrier.name == stage.carrier.name]
+    sizes = stage.pair.pinion.z, stage.pair.wheel.z
+    first = next((x for x in alike if (x.pair.pinion.z, x.pair.wheel.z) == sizes), stage)
+    return _half_thicknesses(stage) - _half_thicknesses(first)
+
+
+def _half_thicknesses(stage: Stage) -> float:
+    """Half tooth thicknesses of pinion and wheel on their working circles [pitches]; of a ring 0."""
+    gears = [gear for gear in (stage.pair.pinion, stage.pair.wheel) if gear.z > 0]
+    radii = [gear.r_b / cos(stage.pair.alpha_wt) for gear in gears]
+    return sum(gear.z * gear.thickness(r) / (4 * pi * r) for gear, r in zip(gears, radii, strict=True))
 
 
 def _assembling_angles(

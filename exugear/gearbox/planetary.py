@@ -1,9 +1,10 @@
 """A planetary set as data: sun, ring and carrier with the planets between them, from which its stages follow."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import cos, degrees, pi, sin
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,17 +12,19 @@ import xarray as xr
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.planetary_kinematics import MeshOfMembers, speeds_of_members
 from exugear.gearbox.planetary_phases import (
-    check_assembly,
     check_pairs,
     effect_of_harmonics,
+    fitting_teeth,
     hunting,
     meshing_sequence,
     phase_sums,
     planet_angles,
     planetary_phases,
+    ring_phase,
+    step_angles,
 )
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft
-from exugear.gearbox.stage import Stage
+from exugear.gearbox.stage import NEAR, Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from fem.gear.gear import Gear
@@ -70,7 +73,12 @@ class Planetary:
                   `exugear.Shaft` with the sun, with the ring (`ring_pair.wheel`), and of the carrier, which needs no
                   gear. Other stages and sets may share them: coupled sets, a stage behind the carrier
     planet        `fem.Gear`, or a `Shaft` that carries it at the sun's axial position, for another inertia and mass; or
-                  a list of one for each planet. By default the gear of the maps
+                  a list of one for each planet, whose teeth may differ in thickness. By default the gear of the maps.
+                  Stepped planets are shafts with two gears: one at the sun's axial position, one at the ring's
+    step_angle    of stepped planets: angle about z by which a tooth of the gear at the ring stands ahead of one of the
+                  gear at the sun [rad], or a list of one for each planet
+    tooth         of stepped planets: which tooth of each, counted counter-clockwise from the one at step_angle, is put
+                  into the sun; by default teeth with which the set can be assembled
     planets       number of planets, evenly spaced from angle 0 on; by default 3
     angles        instead, of the planets about the sun from x [rad], in the reference configuration
     sun_mesh      STE map of sun and planet, or a `MeshForce` beside sun_pair; or a list of one for each planet
@@ -81,10 +89,17 @@ class Planetary:
     pin_errors    (n_planet,) tangential displacements of the pins on the carrier from the nominal position, > 0
                   counter-clockwise [m]; or (n_planet, 2): tangential and radial, > 0 outwards. A pin that is displaced
                   against the force of the planet on it gives its planet more load
+    eccentricity  (e, angle) of the carrier: displacement of the circle of the pins from the axis about which it turns
+                  [m], its direction from x in the reference configuration [rad]. It turns with the carrier as
+                  errors of the pins do, so that shares stay. An axis of carrier, sun or ring beside the others in the
+                  housing, Shaft(offset=Placement(x=...)), lets shares vary once in a turn of the carrier
     damping, damping_ratio
                   of every mesh, as of an `exugear.Stage`; the ratio is that of planet and sun or ring on a carrier that
                   stands
-    phase         of the first planet's mesh with the sun in the reference configuration, as share of a pitch
+    phase         of the first planet's mesh with the sun in the reference configuration, as share of a pitch; by
+                  default the phase that other meshes of the sun require, or 0 where they leave it free
+    axial_position
+                  of the sun's gear on its shaft [m], where that carries several alike
     name          in front of the names "planet 1", "planet 2", ..., to tell the planets of several sets apart
 
     Derived from them:
@@ -93,8 +108,10 @@ class Planetary:
     gears         of sun, planet and ring
     phases        `exugear.planetary_phases` while the external torque on the sun is counter-clockwise
 
-    Raises ValueError for pairs of unlike planets, modules or centre distances, for planets that overlap or do not fit
-    between the teeth (with the nearest angles that fit), and for lists that are not as long as there are planets.
+    teeth         `tooth` of each planet
+
+    Raises ValueError for pairs of unlike planets or centre distances, for planets that overlap or do not fit between
+    the teeth (with the nearest angles that fit), and for lists that are not as long as there are planets.
     """
 
     sun: Shaft = field(kw_only=True)
@@ -109,10 +126,15 @@ class Planetary:
     ring_pair: GearPair | RingPair = field(default=DERIVED, kw_only=True)
     pin: Annotated[Any, check_pin] = field(default=None, kw_only=True)
     pin_errors: Any = field(default=None, kw_only=True)
+    eccentricity: Any = field(default=None, kw_only=True)
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
-    phase: float = field(default=0.0, kw_only=True)
+    step_angle: Any = field(default=0.0, kw_only=True)
+    tooth: Any = field(default=None, kw_only=True)
+    phase: float | None = field(default=None, kw_only=True)
+    axial_position: float | None = field(default=None, kw_only=True)
     name: str = field(default="", kw_only=True)
+    teeth: tuple[int, ...] = field(init=False, repr=False)
     stages: tuple[Stage, ...] = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -124,20 +146,25 @@ class Planetary:
         require(self.planets in (None, angles.size), both)
         object.__setattr__(self, "angles", tuple(angles.tolist()))
         object.__setattr__(self, "planets", angles.size)
-        require_finite("phase", self.phase, "pass a share of a pitch")
+        require_finite("phase", self.phase or 0.0, "pass a share of a pitch")
         sun_meshes, ring_meshes = self._listed("sun_mesh"), self._listed("ring_mesh")
         for mesh, role in ((sun_meshes[0], "sun"), (ring_meshes[0], "ring")):
             if getattr(self, f"{role}_pair") is None:
-                object.__setattr__(self, f"{role}_pair", _pair_of(mesh, role))
+                object.__setattr__(self, f"{role}_pair", pair_of_map(mesh, role))
         check_pairs(self.sun_pair, self.ring_pair)
+        self._check_planets()
         self._check_room()
-        check_assembly(self.sun_pair.pinion.z, self.ring_pair.wheel.z, angles)
+        steps = step_angles(self.step_angle, self.planets)
+        object.__setattr__(self, "step_angle", tuple(steps.tolist()))
+        teeth = fitting_teeth(self.sun_pair, self.ring_pair, angles, steps, self.tooth)
+        object.__setattr__(self, "teeth", tuple(teeth))
         shafts = self._planet_shafts()
         object.__setattr__(self, "stages", tuple(self._stages(shafts, sun_meshes, ring_meshes)))
 
     def __repr__(self) -> str:
         at = ", ".join(f"{degrees(angle):.6g}" for angle in self.angles)
-        z = "/".join(str(gear.z) for gear in self.gears)
+        sun, planet, ring = (str(gear.z) for gear in self.gears)
+        z = "/".join([sun, f"{planet}-{self.ring_pair.pinion.z}" if self.stepped else planet, ring])
         return f"Planetary({z} teeth, {self.planets} planets at {at} deg)"
 
     def __str__(self) -> str:
@@ -145,17 +172,37 @@ class Planetary:
 
     @property
     def gears(self) -> tuple[Any, Any, Any]:
-        """Sun, planet and ring."""
+        """Sun, planet and ring; of stepped planets the gear at the sun."""
         return self.sun_pair.pinion, self.sun_pair.wheel, self.ring_pair.wheel
+
+    @property
+    def stepped(self) -> bool:
+        """Whether the planets mesh with the ring by another gear than with the sun."""
+        return self.sun_pair.wheel != self.ring_pair.pinion
+
+    def ring_phase(self, direction: int, phase: float) -> float:
+        """Phase of the first planet's mesh with the ring, from that with the sun.
+
+        direction   sense of the external torque on the sun about z, +1 or -1
+        """
+        first = self.step_angle[0], self.teeth[0]
+        return ring_phase(self.sun_pair, self.ring_pair, direction, phase, *first)
 
     @property
     def words(self) -> list[str]:
         """Meshing sequence, effect of the harmonics and hunting teeth, a line each."""
-        sun, planet, ring = (gear.z for gear in self.gears)
-        lines = [meshing_sequence(self.mesh_phases().sun_phase.values)]
-        if np.ptp(np.diff([*sorted(self.angles), min(self.angles) + 2 * pi])) < EVEN:
-            lines.append(f"excited by mesh harmonics: {effect_of_harmonics(sun, self.planets)}")
-        return [*lines, hunting(sun, planet, ("sun", "planet")), hunting(planet, ring, ("planet", "ring"))]
+        (sun, planet, ring), phases = (gear.z for gear in self.gears), self.mesh_phases()
+        lines, even = [], np.ptp(np.diff([*sorted(self.angles), min(self.angles) + 2 * pi])) < EVEN
+        members = [("sun", sun, "sun_phase"), ("ring", -ring, "ring_phase")]
+        for name, z, phase in members if self.stepped else members[:1]:
+            where = f"at the {name}: " if self.stepped else ""
+            lines.append(where + meshing_sequence(phases[phase].values))
+            if even:
+                lines.append(f"{where}excited by mesh harmonics: {effect_of_harmonics(z, self.planets)}")
+        if self.stepped:
+            lines.append(f"teeth at the sun when it is assembled: {', '.join(map(str, self.teeth))}")
+        of_ring = self.ring_pair.pinion.z
+        return [*lines, hunting(sun, planet, ("sun", "planet")), hunting(of_ring, ring, ("planet", "ring"))]
 
     @checked
     def mesh_phases(self, harmonics: int = 4, direction: int = 1) -> xr.Dataset:
@@ -167,15 +214,16 @@ class Planetary:
         Returns a Dataset: angle [rad], sun_phase and ring_phase as shares of a pitch over `planet`; torque_sum and
         lateral_sum over `harmonic`: sums over the planets as shares of that of planets in phase, of equal meshes whose
         errors superpose linearly, in the torque and in the lateral force on the sun (the larger one of those that turn
-        with and against the carrier).
+        with and against the carrier); of stepped planets also ring_torque_sum and ring_lateral_sum, on the ring.
         """
         require(harmonics >= 1, f"harmonics must be at least 1, got {harmonics}")
+        steps = {"step_angle": self.step_angle, "tooth": self.teeth}
         phases = planetary_phases(
-            self.sun_pair, self.ring_pair, angles=self.angles, direction=direction, phase=self.phase
+            self.sun_pair, self.ring_pair, angles=self.angles, direction=direction, phase=self.phase or 0.0, **steps
         )
         torque, lateral = phase_sums(phases.sun, phases.angles, harmonics)
         share, of_sum = {"units": "1", "long_name": "share of a pitch"}, {"units": "1"}
-        return xr.Dataset(
+        table = xr.Dataset(
             {
                 "angle": ("planet", phases.angles, {"units": "rad", "long_name": "angle of the planet about the sun"}),
                 "sun_phase": ("planet", phases.sun, share),
@@ -185,6 +233,12 @@ class Planetary:
             },
             {"planet": [shaft.name for shaft in self.planet_shafts], "harmonic": np.arange(1, harmonics + 1)},
         )
+        if not self.stepped:
+            return table
+        torque, lateral = phase_sums(phases.ring, phases.angles, harmonics)
+        table["ring_torque_sum"] = "harmonic", torque, of_sum | {"long_name": "sum in the torque on the ring"}
+        table["ring_lateral_sum"] = "harmonic", lateral, of_sum | {"long_name": "sum in the lateral force on the ring"}
+        return table
 
     @property
     def planet_shafts(self) -> tuple[Shaft, ...]:
@@ -208,12 +262,18 @@ class Planetary:
 
     def _listed(self, name: str) -> list[Any]:
         """The value of an argument for each planet: given alike for all, or as a list."""
-        value = getattr(self, name)
-        if not isinstance(value, list | tuple):
-            return [value] * self.planets
-        lengths = f"{name} must have an entry for each of {self.planets} planets, got {len(value)}"
-        require(len(value) == self.planets, f"{lengths}; pass a single one for all")
-        return list(value)
+        return listed(name, getattr(self, name), self.planets)
+
+    def _check_planets(self) -> None:
+        """ValueError for planets of two unlike gears that are no shafts."""
+        shafts = self.planet if isinstance(self.planet, list | tuple) else [self.planet]
+        gears = f"{self.sun_pair.wheel} and {self.ring_pair.pinion}"
+        unlike = f"sun_pair and ring_pair must share the planet, they have {gears}"
+        remedy = "stepped planets are shafts: planet=Shaft('planet', {axial: gear at the sun, axial: gear at the ring})"
+        require(not self.stepped or all(isinstance(x, Shaft) for x in shafts), f"{unlike}; {remedy}")
+        steps = "step_angle and tooth belong to stepped planets, here the same gear meshes with sun and ring"
+        given = self.tooth is not None or bool(np.any(self.step_angle))
+        require(self.stepped or not given, f"{steps}; leave them out")
 
     def _check_room(self) -> None:
         """ValueError where tip circles of planets overlap."""
@@ -223,7 +283,7 @@ class Planetary:
         narrow = int(np.argmin(gaps))
         beside = 2 * self.sun_pair.a * abs(sin(gaps[narrow] / 2)) if gaps[narrow] < pi else np.inf
         first, second = order[narrow] + 1, order[(narrow + 1) % self.planets] + 1
-        d_a = self.sun_pair.wheel.d_a
+        d_a = max(self.sun_pair.wheel.d_a, self.ring_pair.pinion.d_a)
         close = f"planets {first} and {second} overlap: their centres are {beside / mm:.6g} mm apart"
         remedy = "take fewer planets, move them apart by angles=, or give them smaller tip circles"
         require(beside > d_a, f"{close}, their tip circles have {d_a / mm:.6g} mm; {remedy}")
@@ -232,52 +292,141 @@ class Planetary:
         """Shafts of the planets at the sun's axial position, on their pins and displaced by the errors of these."""
         planets = [self.sun_pair.wheel] * self.planets if self.planet is None else self._listed("planet")
         pins = [None] * self.planets if self.pin is None else self._listed("pin")
-        axial = next((at for at, gear in self.sun.gears.items() if gear == self.sun_pair.pinion), 0.0)
-        shafts = []
-        for number, (planet, pin) in enumerate(zip(planets, pins, strict=True), start=1):
-            name = f"{self.name} planet {number}".strip()
-            named = isinstance(self.planet, list | tuple) and isinstance(planet, Shaft)
-            shaft = planet if isinstance(planet, Shaft) else Shaft(name, {axial: planet})
-            bearings = f"planet {shaft.name!r} must have no bearings, got {len(shaft.bearings)}; pass them as pin="
-            require(not shaft.bearings, bearings)
-            parts = {at: [*_group(part), *([pin] if pin and at == axial else [])] for at, part in shaft.parts.items()}
-            shafts.append(replace(shaft, name=shaft.name if named else name, parts=parts))
+        keep_names = isinstance(self.planet, list | tuple)
+        shafts = shafts_of_planets(f"{self.name} planet".strip(), planets, pins, self._axial, keep_names=keep_names)
         return [_displaced(*each) for each in zip(shafts, self.angles, self._pin_errors(), strict=True)]
+
+    @property
+    def _axial(self) -> float:
+        """Axial position of the sun's gear [m]."""
+        positions = [at for at, gear in self.sun.gears.items() if gear == self.sun_pair.pinion]
+        if self.axial_position is None:
+            several = f"sun {self.sun.name!r} carries its gear at {[x / mm for x in positions]} mm"
+            require(len(positions) <= 1, f"{several}; say which one meshes here, axial_position=...")
+            return positions[0] if positions else 0.0
+        nearest = min(positions, key=lambda at: abs(at - self.axial_position), default=self.axial_position)
+        beside = f"axial_position must be one of {[x / mm for x in positions]} mm, where the sun {self.sun.name!r} has"
+        near = bool(positions) and abs(nearest - self.axial_position) < NEAR
+        require(near, f"{beside} its gear, got {self.axial_position / mm:g} mm")
+        return nearest
 
     def _pin_errors(self) -> np.ndarray:
         """(n_planet, 2) tangential and radial displacements of the pins [m]."""
+        by_carrier = self._errors_by_carrier()
         if self.pin_errors is None:
-            return np.zeros((self.planets, 2))
+            return by_carrier
         errors = numbers("pin_errors", self.pin_errors)
         shapes = f"pin_errors must be ({self.planets},) or ({self.planets}, 2): tangential, radial, got {errors.shape}"
         require(errors.shape in ((self.planets,), (self.planets, 2)), f"{shapes}; give a value for each planet")
         far = f"pin_errors must lie within {LARGEST_PIN_ERROR:g} m, got {np.abs(errors).max():g}; pass metres: 20*um"
         require(bool(np.abs(errors).max() < LARGEST_PIN_ERROR), far)
-        return errors if errors.ndim == 2 else np.column_stack([errors, np.zeros(self.planets)])
+        return by_carrier + (errors if errors.ndim == 2 else np.column_stack([errors, np.zeros(self.planets)]))
 
-    def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]):
-        """Stages of each planet with sun and ring; planets with the same map share its force law."""
-        laws: dict[tuple[int, str], MeshForce] = {}
-        for number, (planet, angle) in enumerate(zip(planets, self.angles, strict=True)):
-            for role, mesh in (("sun", sun_meshes[number]), ("ring", ring_meshes[number])):
-                fast, slow = (self.sun, planet) if role == "sun" else (planet, self.ring)
-                options: dict[str, Any] = {"damping": self.damping, "damping_ratio": self.damping_ratio}
-                if law := laws.get((id(mesh), role)):
-                    mesh, options = law, {}
-                elif isinstance(mesh, MeshForce) and self.damping is not None:
-                    mesh, options = replace(mesh, damping=self.damping), {}
-                pair = self.sun_pair if role == "sun" else self.ring_pair
-                options["phase"] = self.phase if (number, role) == (0, "sun") else None
-                at = (angle + pi) % (2 * pi) - pi
-                stage = Stage(fast, slow, mesh, pair=pair, angle=at, carrier=self.carrier, **options)
-                laws.setdefault((id((sun_meshes if role == "sun" else ring_meshes)[number]), role), stage.force)
-                yield stage
+    def _errors_by_carrier(self) -> np.ndarray:
+        """(n_planet, 2) tangential and radial displacements of the pins by an eccentric carrier [m]."""
+        if self.eccentricity is None:
+            return np.zeros((self.planets, 2))
+        given = numbers("eccentricity", self.eccentricity)
+        pair = f"eccentricity must be a distance [m] and an angle [rad], got {text_of(self.eccentricity)}"
+        require(given.shape == (2,) and bool(np.isfinite(given).all()), pair)
+        far = f"eccentricity must lie within {LARGEST_PIN_ERROR:g} m, got {given[0]:g}; pass metres: 20*um"
+        require(abs(given[0]) < LARGEST_PIN_ERROR, far)
+        ahead = given[1] - np.array(self.angles)
+        return given[0] * np.column_stack([np.sin(ahead), np.cos(ahead)])
+
+    def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]) -> list[Stage]:
+        """Stages of each planet with sun and ring."""
+        gears = [next((g for at, g in x.gears.items() if at == self._axial), self.sun_pair.wheel) for x in planets]
+        pairs = {"sun": [self.sun_pair] * self.planets, "ring": [self.ring_pair] * self.planets}
+        if not self.stepped:
+            pairs["sun"] = [
+                x if x.wheel == g else replace(x, wheel=g) for x, g in zip(pairs["sun"], gears, strict=True)
+            ]
+            pairs["ring"] = [
+                x if x.pinion == g else replace(x, pinion=g) for x, g in zip(pairs["ring"], gears, strict=True)
+            ]
+        maps = MapsOfPlanets({"sun": sun_meshes, "ring": ring_meshes}, pairs, self.damping, self.damping_ratio)
+        ends = [
+            {"sun": (self.sun, planet, angle), "ring": (planet, self.ring, angle)}
+            for planet, angle in zip(planets, self.angles, strict=True)
+        ]
+        first = {"phase": self.phase}
+        of_sun = {"axial_position": self.axial_position}
+        return stages_of_planets(maps, ends, self.carrier, first=first, of_sun=of_sun)
 
 
-def _pair_of(mesh, role: str):
+class MapsOfPlanets(NamedTuple):
+    """Maps or force laws of the meshes of planets and their pairs by role, lists of one for each, and their damping."""
+
+    meshes: dict[str, list[Any]]
+    pairs: dict[str, list[Any]]
+    damping: float | None
+    damping_ratio: float | None
+
+
+def stages_of_planets(
+    maps: MapsOfPlanets,
+    ends: Sequence[Mapping[str, tuple[Shaft, Shaft, float]]],
+    carrier: Shaft,
+    *,
+    first: Mapping[str, Any] | None = None,
+    of_sun: Mapping[str, Any] | None = None,
+) -> list[Stage]:
+    """Stages on a carrier, planet by planet; meshes with the same map share its force law.
+
+    ends     of each planet by role: fast shaft, slow shaft, and direction from one to the other [rad]
+    first    further arguments of the first stage
+    of_sun   further arguments of the stages of role "sun"
+    """
+    laws: dict[tuple[int, str], MeshForce] = {}
+    stages: list[Stage] = []
+    for number, by_role in enumerate(ends):
+        for role, (fast, slow, angle) in by_role.items():
+            mesh = given = maps.meshes[role][number]
+            options: dict[str, Any] = {"damping": maps.damping, "damping_ratio": maps.damping_ratio}
+            if law := laws.get((id(given), role)):
+                mesh, options = law, {}
+            elif isinstance(mesh, MeshForce) and maps.damping is not None:
+                mesh, options = replace(mesh, damping=maps.damping), {}
+            options |= (first or {}) if not stages else {}
+            options |= (of_sun or {}) if role == "sun" else {}
+            at = (angle + pi) % (2 * pi) - pi
+            stages.append(Stage(fast, slow, mesh, pair=maps.pairs[role][number], angle=at, carrier=carrier, **options))
+            laws.setdefault((id(given), role), stages[-1].force)
+    return stages
+
+
+def pair_of_map(mesh, role: str):
     """The pair of a map; ValueError for a `MeshForce`, which has none."""
     require(not isinstance(mesh, MeshForce), f"{role}_mesh is a MeshForce, which knows no gears; pass {role}_pair too")
     return pair_of(mesh)
+
+
+def listed(name: str, value: Any, planets: int) -> list[Any]:
+    """The value of an argument for each planet: given alike for all, or as a list."""
+    if not isinstance(value, list | tuple):
+        return [value] * planets
+    lengths = f"{name} must have an entry for each of {planets} planets, got {len(value)}"
+    require(len(value) == planets, f"{lengths}; pass a single one for all")
+    return list(value)
+
+
+def shafts_of_planets(name: str, planets: list[Any], pins: list[Any], axial: float, *, keep_names: bool) -> list[Shaft]:
+    """Shafts of planets on their pins, named by numbers behind a name.
+
+    planets      gears, which stand at an axial position [m], or shafts
+    keep_names   whether shafts keep their own names
+    """
+    shafts = []
+    for number, (planet, pin) in enumerate(zip(planets, pins, strict=True), start=1):
+        numbered = f"{name} {number}"
+        shaft = planet if isinstance(planet, Shaft) else Shaft(numbered, {axial: planet})
+        bearings = f"planet {shaft.name!r} must have no bearings, got {len(shaft.bearings)}; pass them as pin="
+        require(not shaft.bearings, bearings)
+        parts = {at: [*_group(part), *([pin] if pin and at == axial else [])] for at, part in shaft.parts.items()}
+        of_its_own = keep_names and isinstance(planet, Shaft)
+        shafts.append(replace(shaft, name=shaft.name if of_its_own else numbered, parts=parts))
+    return shafts
 
 
 def _group(part) -> tuple:

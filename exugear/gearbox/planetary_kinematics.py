@@ -79,9 +79,37 @@ def speeds_of_members(meshes: Sequence[MeshOfMembers], driving: str, held: Colle
     if len(basis) > 1:
         reaction = _reaction_members(meshes, driving, held, len(basis))
         undetermined = f"{len(basis)} speeds are free, a drive imposes one: no member takes the reaction torque"
-        raise ValueError(f"{undetermined}; hold one of {reaction}, as in Gearbox([...], held={reaction[0]!r})")
+        hold = f"hold one of {reaction}, as in Gearbox([...], held={reaction[0]!r})"
+        raise ValueError(f"{undetermined}; {hold}, or give {len(basis)} speeds, as in {_example(driving, reaction)}")
     require(bool(basis) and basis[0][at] != 0, f"the train jams: member {driving!r} cannot turn; hold fewer members")
     return {name: speed / basis[0][at] for name, speed in zip(members, basis[0], strict=True)}
+
+
+def _example(driving: str, members: Sequence[str]) -> str:
+    """How to give a gearbox the speeds of several members."""
+    return f"Gearbox([...], speeds={{{driving!r}: 1.0, {members[0]!r}: 0.5}})"
+
+
+def motions_of_members(
+    meshes: Sequence[MeshOfMembers], independent: Sequence[str], held: Collection[str] = ()
+) -> dict[str, dict[str, Fraction]]:
+    """Speed of every member per speed of each independent one, the others of which stand; exact.
+
+    Raises ValueError unless the speeds of the independent members determine all others, and none of them is too much.
+    """
+    members, free = motions(meshes, held)
+    unknown = [name for name in (*independent, *held) if name not in members]
+    require(not unknown, f"no members {unknown}; the members are {members}")
+    number = f"speeds must hold {len(free)} members, as many as are free to choose, got {[*independent]}"
+    fewer = "leave one out" if len(independent) > len(free) else "add one, or hold a member: held=..."
+    require(len(independent) == len(free), f"{number}; {fewer}")
+    _, undetermined = motions(meshes, [*held, *independent])
+    determined = f"speeds of {[*independent]} depend on one another and leave other members free"
+    require(not undetermined, f"{determined}; give those of other members")
+    return {
+        name: speeds_of_members(meshes, name, [*held, *(other for other in independent if other != name)])
+        for name in independent
+    }
 
 
 def _reaction_members(meshes, driving: str, held: Collection[str], free: int) -> list[str]:

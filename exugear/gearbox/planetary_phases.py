@@ -6,6 +6,11 @@ sun's teeth z_s psi / 2 pi pitches further, the ring's |z_r| psi / 2 pi: phases 
 p_r = p_s + h_s + h_r + z_p / 2, with the half tooth thicknesses h of the planet on its working circles in pitches.
 Both agree at all planets where (z_s + |z_r|) psi / 2 pi is whole: the set can be assembled.
 
+A stepped planet meshes with the sun by a gear of z_1 teeth and with the ring by one of z_2 teeth, a tooth of which
+stands an angle delta ahead of one of the first gear; k counts the teeth of the first gear from there to the one that
+is put into the sun. Then p_r = h_r - d z_2 (pi + delta - d (h_s + p_s) 2 pi / z_1 - k 2 pi / z_1) / 2 pi for the first
+planet, and (|z_r| + z_s z_2 / z_1) psi / 2 pi - (k - k_1) z_2 / z_1 + z_2 (delta - delta_1) / 2 pi must be whole.
+
 Sources: R. G. Parker, A physical explanation for the effectiveness of planet phasing to suppress planetary gear
 vibration, J. Sound Vib. 236 (2000); R. G. Parker and J. Lin, Mesh phasing relationships in planetary and epicyclic
 gears, J. Mech. Des. 126 (2004).
@@ -20,7 +25,7 @@ import numpy as np
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.arguments import Numbers, checked
-from fem.support.validation import numbers, require, require_finite
+from fem.support.validation import numbers, require, require_finite, text_of
 from fem.units import mm
 
 #: Share of a pitch within which teeth fit, as `mesh_phasing.FITS`.
@@ -48,6 +53,8 @@ def planetary_phases(
     angles: Numbers | None = None,
     direction: int = 1,
     phase: float = 0.0,
+    step_angle: Numbers | float = 0.0,
+    tooth: Any = None,
 ) -> PlanetaryPhases:
     """Phases of all meshes of a planetary set, for `mbs.CreateGearContact(..., phase=, direction=)`.
 
@@ -58,17 +65,23 @@ def planetary_phases(
     direction   sense of the external torque on the sun about z, +1 or -1: pass it to the contacts of the sun, and its
                 opposite to those of the ring (pinion: the planet)
     phase       of the first planet's mesh with the sun
+    step_angle  of stepped planets, whose gears at the sun and at the ring differ: angle about z by which a tooth of the
+                one at the ring stands ahead of one of that at the sun [rad], or (n_planet,) of each planet
+    tooth       of stepped planets, (n_planet,): which tooth of the gear at the sun meshes with the sun, counted
+                counter-clockwise from the one at step_angle; by default teeth with which the planets fit
 
     Raises ValueError for a set that cannot be assembled, with the nearest angles that fit, and for pairs of different
-    planets or centre distances.
+    centre distances.
     """
     check_pairs(sun_pair, ring_pair)
     at = planet_angles(planets, angles)
     require_finite("phase", phase, "pass a share of a pitch")
     require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
-    check_assembly(sun_pair.pinion.z, ring_pair.wheel.z, at)
+    steps = step_angles(step_angle, at.size)
+    first = fitting_teeth(sun_pair, ring_pair, at, steps, tooth)[0]
     sun = phase - direction * sun_pair.pinion.z * (at - at[0]) / (2 * pi)
-    ring = sun + advance_of_ring(sun_pair, ring_pair)
+    of_first = ring_phase(sun_pair, ring_pair, direction, phase, float(steps[0]), first)
+    ring = of_first + direction * abs(ring_pair.wheel.z) * (at - at[0]) / (2 * pi)
     # The second remainder turns 1.0, to which small negative phases round, into 0.0.
     return PlanetaryPhases(sun % 1.0 % 1.0, ring % 1.0 % 1.0, at)
 
@@ -79,11 +92,6 @@ def check_pairs(sun_pair: GearPair, ring_pair: GearPair | RingPair) -> None:
     require(
         ring_z < 0, f"ring_pair must hold a ring with z < 0, got {ring_z} teeth; pass RingPair(planet, z=-99, a=-...)"
     )
-    sizes = [np.array([gear.z, gear.m_n, abs(gear.beta)]) for gear in (sun_pair.wheel, ring_pair.pinion)]
-    unlike = "sun_pair and ring_pair must share the planet; z, m_n, beta are"
-    stepped = "stepped planets are not built yet: write their stages by hand, Stage(..., carrier=...)"
-    alike = bool(np.allclose(sizes[0], sizes[1], rtol=1e-9, atol=0))
-    require(alike, f"{unlike} {sizes[0].tolist()} and {sizes[1].tolist()}; {stepped}")
     a = sun_pair.a, -ring_pair.a
     distances = f"a of sun_pair and -a of ring_pair must agree, got {a[0] / mm:.6g} and {a[1] / mm:.6g} mm"
     require(abs(a[0] - a[1]) <= ROUNDING * a[0], f"{distances}; change the profile shifts or the centre distances")
@@ -108,33 +116,87 @@ def half_thickness(gear, alpha_wt: float) -> float:
     return gear.thickness(r_w) * gear.z / (4 * pi * r_w)
 
 
-def advance_of_ring(sun_pair: GearPair, ring_pair: GearPair | RingPair) -> float:
-    """Phase of a planet's mesh with the ring less that of its mesh with the sun, in pitches."""
-    thicknesses = (half_thickness(pair_gear, pair.alpha_wt) for pair_gear, pair in _planet_of(sun_pair, ring_pair))
-    return sum(thicknesses) + ring_pair.pinion.z / 2
+def ring_phase(
+    sun_pair: GearPair, ring_pair: GearPair | RingPair, direction: int, phase: float, step_angle: float, tooth: int
+) -> float:
+    """Phase of the first planet's mesh with the ring, from that with the sun; arguments as of `planetary_phases`."""
+    planet, stepped = sun_pair.wheel, ring_pair.pinion
+    by_sun = half_thickness(planet, sun_pair.alpha_wt) + phase % 1.0
+    turned = pi + step_angle - (direction * by_sun + tooth) * 2 * pi / planet.z
+    return half_thickness(stepped, ring_pair.alpha_wt) - direction * stepped.z * turned / (2 * pi)
 
 
-def _planet_of(sun_pair, ring_pair):
-    return (sun_pair.wheel, sun_pair), (ring_pair.pinion, ring_pair)
+def step_angles(step_angle: Any, planets: int) -> np.ndarray:
+    """(n_planet,) step angles [rad], given alike for all planets or for each."""
+    steps = np.atleast_1d(numbers("step_angle", step_angle))
+    shapes = f"step_angle must be a number or have a value for each of {planets} planets, got shape {steps.shape}"
+    require(steps.shape in ((1,), (planets,)), shapes)
+    turned = f"step_angle must lie within a turn, got {steps.tolist()}; pass radians: 3*deg"
+    require(bool((np.abs(steps) <= 2 * pi).all()), turned)
+    return np.broadcast_to(steps, planets)
 
 
-def check_assembly(z_sun: int, z_ring: int, angles: np.ndarray) -> None:
-    """ValueError unless planets at these angles [rad] fit between the teeth of sun and ring, with angles that fit."""
-    fitting = fitting_angles(z_sun, z_ring, angles)
-    miss = np.abs(angles - fitting).max() * (z_sun + abs(z_ring)) / (2 * pi)
-    if miss > FITS:
-        got, near = (", ".join(f"{degrees(x):.6g}" for x in values) for values in (angles, fitting))
-        rule = f"(z_sun + |z_ring|) psi / 360 deg must be whole, z = {z_sun} and {z_ring}"
-        write = f"the nearest angles that fit are {near} deg: angles=({', '.join(f'{x:.11g}' for x in fitting)})"
-        raise ValueError(
-            f"planets at {got} deg cannot be assembled, the teeth miss by {miss:.3g} pitch: {rule}; {write}"
-        )
+def fitting_teeth(
+    sun_pair: GearPair, ring_pair: GearPair | RingPair, angles: np.ndarray, steps: np.ndarray, tooth: Any = None
+) -> list[int]:
+    """Teeth of the planets to put into the sun, as the argument of `planetary_phases`, at angles and step angles [rad].
+
+    ValueError unless the planets fit between the teeth of sun and ring, with angles, step angles and teeth that fit.
+    """
+    z_s, z_1, z_2, z_r = sun_pair.pinion.z, sun_pair.wheel.z, ring_pair.pinion.z, abs(ring_pair.wheel.z)
+    psi, delta = angles - angles[0], steps - steps[0]
+    # Teeth are counted at the sun, where those of planets at other angles have moved on by whole pitches.
+    moved = np.floor(-z_s * psi / (2 * pi) + FITS).astype(int)
+    turned = ((z_r + z_s * z_2 / z_1) * psi + z_2 * delta) / (2 * pi)
+
+    def misses(n: int, k: Any, first: int) -> np.ndarray:
+        """Miss of planet n [pitches] with its tooth k at the sun and the given one of the first planet."""
+        shares = turned[n] - (k - moved[n] - first + moved[0]) * z_2 / z_1
+        return np.abs(shares - np.round(shares))
+
+    if tooth is not None:
+        given = [int(k) for k in np.ravel(tooth)]
+        whole = np.shape(tooth) == angles.shape and bool(np.all(np.equal(np.mod(tooth, 1), 0)))
+        require(whole, f"tooth must hold a whole number for each of {angles.size} planets, got {text_of(tooth)}")
+    first = given[0] if tooth is not None else 0
+    by_planet = [misses(n, np.arange(z_1), first) for n in range(angles.size)]
+    fitting = [first, *(int(np.argmax(miss <= FITS)) for miss in by_planet[1:])]
+    least = max(float(miss.min()) for miss in by_planet)
+    if least > FITS:
+        raise ValueError(_no_assembly(z_s, z_1, z_2, z_r, angles, steps, least))
+    if tooth is None:
+        return fitting
+    miss = max(float(misses(n, k, first)) for n, k in enumerate(given))
+    missing = f"planets with the teeth {given} at the sun cannot be assembled, they miss by {miss:.3g} pitch"
+    require(miss <= FITS, f"{missing}; these fit: tooth={tuple(fitting)}, or leave tooth out")
+    return given
 
 
-def fitting_angles(z_sun: int, z_ring: int, angles: np.ndarray) -> np.ndarray:
-    """(n_planet,) angles [rad] nearest to the given ones at which planets can be assembled, the first one kept."""
-    least = 2 * pi / (z_sun + abs(z_ring))
-    return angles[0] + least * np.round((angles - angles[0]) / least)
+def _no_assembly(z_s: int, z_1: int, z_2: int, z_r: int, angles: np.ndarray, steps: np.ndarray, miss: float) -> str:
+    """Why planets cannot be assembled whichever teeth are put in, with the nearest angles and step angles that fit."""
+    common, total = gcd(z_1, z_2), z_r * z_1 + z_s * z_2
+    by_steps = z_1 * z_2 * (steps - steps[0]) / total
+    fitting = fitting_angles(total // common if total % common == 0 else total / common, angles, by_steps)
+    got, near = (", ".join(f"{degrees(x):.6g}" for x in values) for values in (angles, fitting))
+    fit = f"the nearest angles that fit are {near} deg: angles=({', '.join(f'{x:.11g}' for x in fitting)})"
+    cannot = f"planets at {got} deg cannot be assembled, the teeth miss by {miss:.3g} pitch"
+    if z_1 == z_2 and not np.ptp(steps):
+        return f"{cannot}: (z_sun + |z_ring|) psi / 360 deg must be whole, z = {z_s} and {-z_r}; {fit}"
+    least, needed = 2 * pi * common / (z_1 * z_2), -total * (angles - angles[0]) / (z_1 * z_2)
+    turned = steps[0] + needed + least * np.round((steps - steps[0] - needed) / least)
+    rule = f"z_1 |z_ring| + z_2 z_sun = {total} times psi / 360 deg must be a multiple of {common}"
+    teeth = f"z_1 = {z_1} teeth at the sun, z_2 = {z_2} at the ring, of all planets alike"
+    steps_that_fit = f"or turn their gears: step_angle=({', '.join(f'{x:.9g}' for x in turned)})"
+    return f"{cannot}, whichever teeth are put in: {rule} ({teeth}); {fit}; {steps_that_fit}"
+
+
+def fitting_angles(divisions: float, angles: np.ndarray, shifts: np.ndarray | float = 0.0) -> np.ndarray:
+    """(n_planet,) angles [rad] nearest to the given ones at multiples of a turn over divisions less shifts [rad].
+
+    The first one is kept.
+    """
+    least = 2 * pi / divisions
+    return angles[0] + least * np.round((angles - angles[0] + shifts) / least) - shifts
 
 
 def phase_sums(sun_phases: np.ndarray, angles: np.ndarray, harmonics: int) -> tuple[np.ndarray, np.ndarray]:

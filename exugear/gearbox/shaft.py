@@ -12,6 +12,7 @@ from exugear.gearbox.beam import Beam, beam_of, twist_shapes, whirl_frequencies
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.disc import Disc, require_all, require_possible
 from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft_sections import Section, bounds_of, cylinders_of, mass_of, ring_on, sections_of
 from exugear.mesh_force.ring_pair import Ring
 from fem.gear.gear import Gear
@@ -162,8 +163,9 @@ class TorqueSupport:
         require(0 <= self.damping_time < 0.1, ratio)
 
 
-Part = Gear | Ring | Bearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag
+Part = Gear | Ring | Bearing | RollingBearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag
 NO_DISPLACEMENT = Placement()
+PART_NAMES = "Bearing", "RollingBearing", "Disc", "Coupling", "TorqueSupport", "Drag"
 
 
 def check_parts(name: str, parts) -> None:
@@ -174,7 +176,7 @@ def check_parts(name: str, parts) -> None:
         number(f"axial positions of {name}", axial)
         group = part if isinstance(part, list | tuple) else (part,)
         wrong = [x for x in group if not isinstance(x, Part)]
-        kinds = f"{name} holds fem.Gear, RingPair.wheel, Bearing, Disc, Coupling, TorqueSupport, Drag and BearingDrag"
+        kinds = f"{name} holds fem.Gear, RingPair.wheel, {', '.join(PART_NAMES)} and BearingDrag"
         require(not wrong, f"{kinds}, got {text_of(wrong[0]) if wrong else wrong} at {axial:g} m")
 
 
@@ -187,9 +189,9 @@ class Shaft:
     A carrier is a shaft on which planets turn, with or without gears of its own.
 
     name         of the shaft, unique in a gearbox
-    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc`, `Coupling`, `TorqueSupport`, `Drag` or
-                 `BearingDrag`, or a list of them; the ring of a `RingPair` (its `wheel`) has no body: pass inertia and
-                 mass, or a `Disc`
+    parts        axial position [m] -> `fem.Gear`, `Bearing`, `RollingBearing`, `Disc`, `Coupling`, `TorqueSupport`,
+                 `Drag` or `BearingDrag`, or a list of them; the ring of a `RingPair` (its `wheel`) has no body: pass
+                 inertia and mass, or a `Disc`
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid disc of its
                  material up to the mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears
@@ -266,9 +268,9 @@ class Shaft:
         require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
         drawn = self.name[0] != "_" and "$" not in self.name
         require(drawn, f"name of a shaft must not begin with _ or hold $, which plots cannot draw, got {self.name!r}")
-        for kind in (Gear | Ring, Bearing):
+        for kind in (Gear | Ring, Bearing | RollingBearing):
             positions = [axial for axial, _ in self._parts_of(kind)]
-            of_kind = "Bearing" if kind is Bearing else "Gear"
+            of_kind = "Gear" if kind == Gear | Ring else "Bearing"
             twice = f"shaft {self.name!r} carries two of a kind at one position: {of_kind} at {positions} m"
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
         unloaded = [axial for axial, drag in self._parts_of(BearingDrag) if drag.needs_load]
@@ -349,9 +351,9 @@ class Shaft:
         return dict(self._parts_of(Gear | Ring))
 
     @property
-    def bearings(self) -> dict[float, Bearing]:
+    def bearings(self) -> dict[float, Bearing | RollingBearing]:
         """Axial position [m] -> bearing."""
-        return dict(self._parts_of(Bearing))
+        return dict(self._parts_of(Bearing | RollingBearing))
 
     @property
     def discs(self) -> list[tuple[float, Disc]]:

@@ -5,22 +5,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import (
     dissipated_power,
     linear_part,
+    potential,
     radial_motion,
     radial_part,
     radial_points,
     radial_reaction,
     radial_secant,
+    rolling_reaction,
     strain_energy,
 )
 from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.elastic_shaft import ElasticShaft
+from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
+from exugear.rolling_bearings.statics import NotCarried, equilibrium
 
 #: Iterations for the secant stiffness of nonlinear bearings.
 ITERATIONS = 30
+#: Newton steps on rolling bearings, share of the slope by which a step must lower the potential, and the change of
+#: coordinates that is rounding.
+MOST_STEPS, ARMIJO, SMALLEST_STEP = 100, 1e-4, 1e-13
 #: Number of samples whose reactions are computed at once: they stay in the processor's cache, which is 5 times as fast.
 BLOCK = 4096
 
@@ -57,11 +65,21 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
     free     numbers of the coordinates that move
 
     Nonlinear bearings have their secant stiffness under their forces [N], beyond the end of a table that at its end.
+    With rolling bearings the displacement is the minimum of the convex potential of all bearings; `NotCarried` where
+    they do not carry the forces.
     """
     q, levers = np.zeros(6), {axial: axial - shaft.centre for axial in shaft.bearings}
     if not (shaft.bearings and free):
         return q, {}
-    secants = {axial: float(b.stiffness[0, 0]) for axial, b in shaft.bearings.items() if not b.linear}
+    rolling = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, RollingBearing)}
+    if rolling:
+        q[free] = _of_least_potential(shaft, forces[free], list(free))
+        apart = [axial for axial, x in rolling.items() if comes_apart(x, _motion_at(shaft, axial, 5) @ q[:5])]
+        if apart:
+            raise NotCarried(f"bearings of shaft {shaft.name!r} at {apart} m are pulled apart; press or pair them")
+        return q, {}
+    nonlinear = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, Bearing) and not x.linear}
+    secants = {axial: float(bearing.stiffness[0, 0]) for axial, bearing in nonlinear.items()}
     linear = np.sum([linear_part(b, levers[axial]) for axial, b in shaft.bearings.items()], axis=0)
     part, radial_forces = np.ix_(free, free), dict.fromkeys(secants, 0.0)
     for _ in range(ITERATIONS if secants else 1):
@@ -70,8 +88,68 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
         for axial, k in secants.items():
             radial_forces[axial] = float(k * np.hypot(*radial_motion(levers[axial], *q[[0, 1, 3, 4]])))
             if radial_forces[axial] > 0:
-                secants[axial] = radial_secant(shaft.bearings[axial], radial_forces[axial])
+                secants[axial] = radial_secant(nonlinear[axial], radial_forces[axial])
     return q, radial_forces
+
+
+def _of_least_potential(shaft: Shaft, forces: np.ndarray, free: list[int]) -> np.ndarray:
+    """The coordinates in equilibrium under forces on them; free: their numbers."""
+
+    def of_all_bearings(part: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        q = np.zeros(5)
+        q[free] = part
+        parts = [potential(bearing, axial - shaft.centre, q) for axial, bearing in shaft.bearings.items()]
+        energies, gradients, hessians = zip(*parts, strict=True)
+        return sum(energies), np.sum(gradients, axis=0)[free], np.sum(hessians, axis=0)[np.ix_(free, free)]
+
+    positions = [abs(axial - shaft.centre) for axial in shaft.bearings]
+    radii = [bearing.rows[0].R for bearing in shaft.bearings.values() if isinstance(bearing, RollingBearing)]
+    try:
+        return equilibrium(of_all_bearings, forces, max(*positions, *radii))
+    except NotCarried as error:
+        push = f"{np.array2string(forces[:3], precision=4)} N"
+        raise NotCarried(f"bearings of shaft {shaft.name!r} do not carry {push}: {error}") from None
+
+
+def elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
+    """`ElasticShaft.static_displacement`, also on rolling bearings: the minimum of the convex potential of all.
+
+    Raises `NotCarried` where the bearings do not carry the forces.
+    """
+    shaft = elastic.shaft
+    if not any(isinstance(bearing, RollingBearing) for bearing in shaft.bearings.values()):
+        return elastic.static_displacement(forces)
+    at_bearings = [(elastic.at_bearing(axial)[:5], bearing) for axial, bearing in shaft.bearings.items()]
+    bodies = [slice(6 * i, 6 * i + 6) for i in range(len(shaft.stations))]
+    rigid, _ = static_displacement(shaft, np.sum([forces[body] for body in bodies], axis=0), range(5))
+    q, free = np.zeros(elastic.size), elastic.moving
+    for body in bodies:
+        q[body] = rigid
+
+    def of_all(q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        strained = elastic.stiffness_matrix @ q
+        energy, gradient, hessian = 0.5 * float(q @ strained), strained, elastic.stiffness_matrix.copy()
+        for rows, bearing in at_bearings:
+            of_bearing = potential(bearing, 0.0, rows @ q)
+            energy, gradient = energy + of_bearing[0], gradient + rows.T @ of_bearing[1]
+            hessian = hessian + rows.T @ of_bearing[2] @ rows
+        return energy - float(forces @ q), gradient - forces, hessian
+
+    energy, residual, hessian = of_all(q)
+    for _ in range(MOST_STEPS):
+        step = np.zeros_like(q)
+        step[free] = np.linalg.solve(hessian[np.ix_(free, free)], -residual[free])
+        slope = float(residual @ step)
+        while of_all(q + step)[0] > energy + ARMIJO * slope and np.abs(step).max() > SMALLEST_STEP:
+            step, slope = step / 2, slope / 2
+        q, (energy, residual, hessian) = q + step, of_all(q + step)
+        if np.abs(step).max() <= SMALLEST_STEP:
+            break
+    fixed = np.setdiff1d(elastic.turning[1:], [] if elastic.end is None else [elastic.end])
+    if fixed.size:
+        part = np.ix_(fixed, fixed)
+        q[fixed] = np.linalg.solve(elastic.stiffness_matrix[part], forces[fixed])
+    return q, {}
 
 
 def bearing_forces(
@@ -85,6 +163,11 @@ def bearing_forces(
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
         motion = _motion_at(shaft, axial, q.shape[1], elastic)
+        if isinstance(bearing, RollingBearing):
+            for first in range(0, len(q), BLOCK):
+                block = slice(first, first + BLOCK)
+                force[:, block] += rolling_reaction(bearing, 0.0, q[block] @ motion[:5].T, q_t[block] @ motion[:5].T).T
+            continue
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
         points = None if bearing.linear else radial_points(bearing)
@@ -110,7 +193,7 @@ def bearing_displacements(
         displacement[:] = _motion_at(shaft, axial, q.shape[1], elastic)[:3] @ q.T
 
 
-def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaft | None) -> np.ndarray:
+def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaft | None = None) -> np.ndarray:
     """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass.
 
     The components of an elastic shaft contain its elastic coordinates.

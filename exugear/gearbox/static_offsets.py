@@ -1,14 +1,18 @@
 """Static offsets of a stage: relative position of its gears on displaced shafts, in the frame of the pinion."""
 
 from collections.abc import Mapping
-from math import acos, copysign
+from math import acos, copysign, hypot
 
 import numpy as np
 
+from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from fem.pair.offsets import in_plane_of_action
 from fem.support.validation import require
 from fem.units import mm
+
+#: Share of the centre distance within which a shaft lies on the axis of its carrier.
+CLOSED = 1e-6
 
 
 def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
@@ -23,7 +27,7 @@ def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], di
     """
     shafts, axes = (stage.fast, stage.slow), (stage.fast.offset.axis, stage.slow.offset.axis)
     pinion, wheel = (
-        np.array([*positions[shaft.name], 0.0]) + shaft.offset.at(axial)
+        np.array([*positions[shaft.name], 0.0]) + shaft.offset.at(axial) + _with_carrier(stage, shaft, axial, positions)
         for shaft, axial in zip(shafts, stage.axial_positions, strict=True)
     )
     axial = (wheel - pinion) @ axes[0]
@@ -37,3 +41,27 @@ def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], di
     alpha = acos(r_b / a)
     misalignment = in_plane_of_action(alpha, axes[1] @ e_r, axes[1] @ e_t)
     return {"a": a, "misalignment": float(misalignment), "axial": float(axial)}
+
+
+def _with_carrier(stage: Stage, shaft: Shaft, axial: float, positions: Mapping[str, tuple[float, float]]) -> np.ndarray:
+    """(3,) displacement of a planet with its carrier [m], 0 of other shafts."""
+    is_planet = stage.carrier is not None and is_beside(stage, shaft.name, positions)
+    return stage.carrier.offset.at(axial) if stage.carrier and is_planet else np.zeros(3)
+
+
+def is_beside(stage: Stage, name: str, positions: Mapping[str, tuple[float, float]]) -> bool:
+    """Whether a shaft of a stage on a carrier lies beside the axis of the carrier."""
+    axis = positions[stage.carrier.name] if stage.carrier else positions[name]
+    return hypot(*np.subtract(positions[name], axis)) > CLOSED * abs(stage.pair.a)
+
+
+def displacements_in_housing(stage: Stage, positions: Mapping[str, tuple[float, float]]) -> np.ndarray:
+    """(2, 2) displacements (x, y) [m] of the axes of pinion and wheel from that of their carrier.
+
+    They stand in the housing while the planets turn with the carrier; 0 of planets, and without a carrier.
+    """
+    fixed = np.zeros((2, 2))
+    for row, shaft, axial in zip(fixed, (stage.fast, stage.slow), stage.axial_positions, strict=True):
+        if stage.carrier and not is_beside(stage, shaft.name, positions):
+            row[:] = (shaft.offset.at(axial) - stage.carrier.offset.at(axial))[:2]
+    return fixed

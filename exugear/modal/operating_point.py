@@ -17,19 +17,20 @@ def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str =
     """Put a gearbox at rest into equilibrium under loads; its state is restored afterwards.
 
     loads   constant torques [N m] by the names of shafts, as `exugear.gearbox.constant_loads.given_loads`
-    drive   "held": the driving shaft, or the rotor behind its coupling, is fixed; "free": once in equilibrium it may
-            turn
+    drive   "held": the driving shafts, or the rotors behind their couplings, are fixed; "free": once in equilibrium
+            they may turn
 
     Yields the model with the rows of its present system. Raises ValueError for loads beyond the maps.
     """
     conditions = conditions_at_rest(model.gearbox, loads)
     with quiet(), restored(model):
-        model = linearized(model, model.gearbox.driving.name)
+        model = linearized(model, model.gearbox.independent)
         with applied(model, conditions):
             solve_initial_equilibrium(model, conditions)
             forces = mesh_forces(model.gearbox, loads)
             warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces)
             if drive == "free":
-                model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
+                for number in model.drives:
+                    model.mbs.SetObjectParameter(number, "activeConnector", False)
                 assemble_in_state(model)
             yield model

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import cos, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -23,6 +23,8 @@ from exugear.contact.rotation import SPIN
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
+from exugear.gearbox.static_offsets import displacements_in_housing
+from exugear.mesh_force.kernel_records import changed
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
 from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
@@ -84,7 +86,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
     }
-    drive, load = add_drive_and_load(mbs, gearbox, end_markers)
+    (*further_drives, drive), load = add_drives_and_load(mbs, gearbox, end_markers)
     with quiet():
         mbs.Assemble()
     spins = {
@@ -97,9 +99,10 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins, elastics)
+    further = pins, tuple(further_drives), elastics
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further)
     hold_members(system)
-    return linearized(system, gearbox.driving.name)
+    return linearized(system, gearbox.independent)
 
 
 def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
@@ -154,7 +157,7 @@ def _add_contact(
         items[side] = of_gears[name][axial] if name in of_gears else items[side]
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
-    displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
+    displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
     contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair)
@@ -164,7 +167,7 @@ def _add_contact(
 def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.ndarray) -> BuiltMesh:
     """The mesh of a stage from its contact and its row."""
     law, frame = scene.laws[label], contact.frame
-    reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
+    reference = reference_state(law.table.head, frame) if is_spatial(frame) else (-frame.gap, 0.0, phase_of(frame, 0.0))
     return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
@@ -172,11 +175,14 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
     direction = gearbox.flank_senses[number]
+    gap = gearbox.gaps[number]
     if not spatial:
-        return rotational_frame(stage.pair, phase, direction)
+        return changed(rotational_frame(stage.pair, phase, direction), gap=gap)
     axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
     poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
-    nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+    nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0, "gap": gap}
+    if stage.carrier and stage.carrier.name not in gearbox.carriers_of_pins:
+        nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions)
     return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
 
 
@@ -310,12 +316,15 @@ def end_marker(mbs, shaft: Shaft, body: int, rotors: Mapping[str, int], coordina
     return spin_marker(mbs, body, coordinates.spin_index)
 
 
-def add_drive_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[int, int]:
-    """Add the constraint on the driving and the load on the driven shaft, by their markers.
+def add_drives_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[list[int], int]:
+    """Add a constraint for each speed that the gearbox leaves free, and the load on the driven shaft, by their markers.
 
-    Returns the numbers of the constraint and of the load.
+    Returns the numbers of the constraints, that of the driving shaft last, and of the load.
     """
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    markers = [fixed, end_markers[gearbox.driving.name]]
-    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=markers))
-    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))
+    drives = []
+    for number, name in reversed([*enumerate(gearbox.anchors([gearbox.driving.name]), start=1)]):
+        markers = [fixed, end_markers[name]]
+        drive = eii.CoordinateConstraint(name="drive" if number == 1 else f"drive {number}", markerNumbers=markers)
+        drives.append(mbs.AddObject(drive))
+    return drives, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))

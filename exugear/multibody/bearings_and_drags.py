@@ -4,6 +4,7 @@ Linear bearings are stiffness and damping matrices; nonlinear bearings and drags
 kernels read records.
 """
 
+from collections.abc import Mapping
 from functools import cache
 
 import exudyn.itemInterface as eii
@@ -20,11 +21,13 @@ from exugear.gearbox.bearing_law import (
     tangent_stiffness,
 )
 from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
 from exugear.multibody.direct_call import direct
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.planning.coordinates import Coordinates
+from exugear.rolling_bearings.law import LawRecord, law_at, law_record, reaction, rolling_bearing_kernel
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
@@ -34,8 +37,10 @@ RADIAL_LAW = record_type(("points", "i8"), ("lever", "f8"), ("damping", "f8"))
 RADIAL_LAW_SIZE = RADIAL_LAW.itemsize
 radial_law_at = reader(RADIAL_LAW)
 #: A drag: its terms; radial stiffness (2, 5) of its bearing over the motion of the centre of mass [N/m, N/rad], without
-#: that of a nonlinear bearing; address of the radial law of such a bearing, else 0.
-DRAG = record_type(*((name, "f8") for name in DragTerms._fields), ("stiffness", "f8", (2, 5)), ("law", "i8"))
+#: that of a nonlinear bearing; addresses of the radial law and of the law of a rolling bearing, else 0.
+DRAG = record_type(
+    *((name, "f8") for name in DragTerms._fields), ("stiffness", "f8", (2, 5)), ("law", "i8"), ("rolling", "i8")
+)
 #: Head of the drags of a shaft: their number; behind it they lie one after the other.
 DRAGS = record_type(("number", "i8"))
 DRAG_SIZE, DRAGS_SIZE = DRAG.itemsize, DRAGS.itemsize
@@ -51,7 +56,9 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
     part = np.ix_(coordinates.components, coordinates.components)
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
     for axial, bearing in shaft.bearings.items():
-        if not bearing.linear:
+        if isinstance(bearing, RollingBearing):
+            items.append(_rolling_bearing(mbs, node, bearing, axial - shaft.centre))
+        elif not bearing.linear:
             force, jacobian, law = bearing_functions(bearing, axial - shaft.centre)
             force = direct(errors_kept(mbs, force), bearing_kernel, (law,), 6)
             item = eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)
@@ -84,6 +91,30 @@ def bearing_functions(bearing: Bearing, lever: float):
         return (factor + factor_t * bearing.damping_time) * in_radial_plane
 
     return bearing_force, bearing_jacobian, law
+
+
+def _rolling_bearing(mbs, node: int, bearing: RollingBearing, lever: float):
+    """The object of a rolling bearing a lever [m] above the centre of mass of the body on a node."""
+    force, jacobian, law = rolling_functions(bearing, lever)
+    force = direct(errors_kept(mbs, force), rolling_bearing_kernel, (law.record,), 6, pointed_to=law)
+    return eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)
+
+
+def rolling_functions(bearing: RollingBearing, lever: float):
+    """Force and Jacobian of a rolling bearing for Exudyn, and the law of its kernel; see `bearing_functions`."""
+    law = law_record(bearing.rows, lever, bearing.damping_time, tables=True)
+    address = law.address
+
+    def rolling_force(mbs, t, item, q, q_t):
+        try:
+            return rolling_bearing_kernel(address, t, *q, *q_t)
+        except ValueError as error:
+            raise Diverged(f"displacement {error.args[0]:.4g} m of a rolling bearing is beyond all bounds") from None
+
+    def rolling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        return (factor + factor_t * bearing.damping_time) * tangent_stiffness(bearing, lever, np.array(q))
+
+    return rolling_force, rolling_jacobian, law
 
 
 def radial_record(bearing: Bearing, lever: float) -> np.record:
@@ -144,7 +175,12 @@ def drag_functions(shaft: Shaft, n: int):
     The Jacobian is the slope over the speed: the change of a load with the displacement, by friction, is negligible.
     """
     nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
-    laws = {axial: radial_record(bearing, axial - shaft.centre) for axial, bearing in nonlinear.items()}
+    laws = {
+        axial: law_record(bearing.rows, axial - shaft.centre, tables=True)
+        if isinstance(bearing, RollingBearing)
+        else radial_record(bearing, axial - shaft.centre)
+        for axial, bearing in nonlinear.items()
+    }
     record, kernel = drag_record(shaft, laws), drag_kernel(n)
     address = address_of(record)
 
@@ -159,7 +195,7 @@ def drag_functions(shaft: Shaft, n: int):
     return direct(drag_forces, kernel, (record,), n, pointed_to=laws), drag_jacobian
 
 
-def drag_record(shaft: Shaft, laws: dict[float, np.record]) -> np.record:
+def drag_record(shaft: Shaft, laws: Mapping[float, np.record | LawRecord]) -> np.record:
     """The record of the drags of a shaft that the kernels read; laws: of the nonlinear bearings, by axial position."""
     entries = np.zeros(len(shaft.drags), DRAG)
     for entry, (axial, drag) in zip(entries, shaft.drags, strict=True):
@@ -167,7 +203,9 @@ def drag_record(shaft: Shaft, laws: dict[float, np.record]) -> np.record:
             entry[name] = value
         if drag.needs_load:
             entry["stiffness"] = linear_part(shaft.bearings[axial], axial - shaft.centre)[:2, :5]
-            entry["law"] = address_of(laws[axial]) if axial in laws else 0
+            law = laws.get(axial)
+            entry["rolling"] = law.address if isinstance(law, LawRecord) else 0
+            entry["law"] = address_of(law) if isinstance(law, np.record) else 0
     kind = record_type(("head", DRAGS), ("drags", DRAG, len(entries)))
     return record_of(kind, head=record_of(DRAGS, number=len(entries)), drags=entries)
 
@@ -177,6 +215,9 @@ def bearing_load(drag, displacement):
     """Radial force [N] of the bearing of a drag at displacements and tilts (5) of the centre of mass [m, rad]."""
     if drag.arm == 0.0:
         return 0.0
+    if drag.rolling != 0:
+        forces = reaction(law_at(drag.rolling), displacement, (0.0, 0.0, 0.0, 0.0, 0.0))
+        return np.hypot(forces[0], forces[1])
     p, q, k = 0.0, 0.0, drag.stiffness
     for i in range(5):
         p, q = p + k[0, i] * displacement[i], q + k[1, i] * displacement[i]

@@ -6,10 +6,11 @@ integrator, forces, friction, record, imposed torque.
 """
 
 from functools import cache
+from math import cos, sin
 
 import numpy as np
 
-from exugear.contact.body_motion import forces_on, motions_of, recorded_motions
+from exugear.contact.body_motion import BodyMotion, forces_on, motions_of, recorded_motions
 from exugear.contact.contact import (
     NO_OFFSETS,
     measures_in_space,
@@ -35,6 +36,8 @@ from exugear.multibody.integrator_steps import (
 from fem.support.numba_cache import compiled, kept
 
 STANDING = Spin(0.0, 0.0, 0.0)
+#: Velocity in the plane of an axis that stands.
+AT_REST = (0.0, 0.0)
 
 
 def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
@@ -87,7 +90,8 @@ def _spin_contact(bodies: int, rubs: int):
         if k >= 0:
             mesh = motion.advance, force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
             power = push.static.energy, dissipation, body_1.angle, body_2.angle, body_1.speed, body_2.speed
-            write(record, k, mesh, power, (rub.force, rub.loss), (carrier.angle, carrier.speed), 0, None)
+            carried = carrier.angle, carrier.speed, -torque_1 - torque_2
+            write(record, k, mesh, power, (rub.force, rub.loss), carried, 0, None)
         torque_3 = torque_on(state, 2, carrier, -torque_1 - torque_2)
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
         return (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
@@ -101,7 +105,11 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
     steps, (q_1, v_1, _), (q_2, v_2, _) = state.steps, pinion, wheel
     by_pinion = geometry.pinion[5] * (v_1[5] + carrier_speed) if state.imposed[0] else 0.0
     by_wheel = geometry.wheel[5] * (v_2[5] + carrier_speed) if state.imposed[1] else 0.0
-    by_carrier = (geometry.pinion[5] + geometry.wheel[5]) * carrier_speed if state.imposed[2] else 0.0
+    by_carrier = 0.0
+    if state.imposed[2]:
+        by_shift = geometry.pinion[0] * v_1[0] + geometry.pinion[1] * v_1[1]
+        by_shift = by_shift + geometry.wheel[0] * v_2[0] + geometry.wheel[1] * v_2[1]
+        by_carrier = (geometry.pinion[5] + geometry.wheel[5]) * carrier_speed - by_shift
     by_bearings = 0.0
     if steps.predicts != 0.0:
         by_bearings = row_dot(steps.by_displacement[0], q_1) + row_dot(steps.by_displacement[1], q_2)
@@ -115,6 +123,26 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
 def in_carrier_frame(x, carrier):
     """Coordinates and velocities (4) of two bodies that spin on a carrier, against it; x (6) with the carrier's."""
     return x[0] - carrier.angle, x[1] - carrier.angle, x[3] - carrier.speed, x[4] - carrier.speed
+
+
+@compiled
+def fixed_in_housing(displacement, carrier):
+    """Displacement (2) seen from its carrier, less that at angle 0, and its slope by the carrier's angle.
+
+    displacement   (2,) of an axis that stands in the housing [m]
+    """
+    s, c = sin(carrier.angle), cos(carrier.angle)
+    x, y = displacement[0], displacement[1]
+    return ((c - 1.0) * x + s * y, (c - 1.0) * y - s * x), (c * y - s * x, -c * x - s * y)
+
+
+@compiled
+def displaced(motion, moved, slope, speed):
+    """A `BodyMotion` with a further displacement (2) and its rate: its slope times the speed of the carrier."""
+    q, v = motion.q, motion.v
+    at = q[0] + moved[0], q[1] + moved[1], *q[2:]
+    moving = v[0] + slope[0] * speed, v[1] + slope[1] * speed, *v[2:]
+    return BodyMotion(at, moving, motion.orientation)
 
 
 @cache
@@ -136,6 +164,12 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
         spin_2 = spin_of(state.imposed[1], t, absolute_2, wheel.v[5] + carrier.speed)
         spin_1, spin_2 = in_carrier(spin_1, carrier), in_carrier(spin_2, carrier)
         pinion, wheel = with_spin(pinion, spin_1), with_spin(wheel, spin_2)
+        slope_1, slope_2 = AT_REST, AT_REST
+        if carried == 1:
+            moved_1, slope_1 = fixed_in_housing(frame.fixed[0], carrier)
+            moved_2, slope_2 = fixed_in_housing(frame.fixed[1], carrier)
+            pinion = displaced(pinion, moved_1, slope_1, carrier.speed)
+            wheel = displaced(wheel, moved_2, slope_2, carrier.speed)
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
@@ -146,6 +180,11 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
             friction_at(friction) if rubs == 1 else None, frame, geometry.position, push, pinion.v, wheel.v
         )
         forces_1, forces_2 = row_total(forces_1, rub.pinion), row_total(forces_2, rub.wheel)
+        f, g = forces_on(kind_1, pinion.orientation, forces_1), forces_on(kind_2, wheel.orientation, forces_2)
+        torque_3 = 0.0
+        if carried == 1:
+            by_shift = f[0] * slope_1[0] + f[1] * slope_1[1] + g[0] * slope_2[0] + g[1] * slope_2[1]
+            torque_3 = by_shift - f[5] - g[5]
         k = sample_of(record, t)
         if k >= 0:
             body_1, body_2 = recorded_motions(frame, kind_1, kind_2, n_1, n_2, x, pinion, wheel)
@@ -163,11 +202,11 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
             speeds = body_1.v[5] + carrier.speed, body_2.v[5] + carrier.speed
             power = push.static.energy, dissipation, *spins, *speeds
             motions = body_1.q, body_2.q, body_1.v, body_2.v
-            write(record, k, mesh, power, (rub.force, rub.loss), (carrier.angle, carrier.speed), components, motions)
-        f, g = forces_on(kind_1, pinion.orientation, forces_1), forces_on(kind_2, wheel.orientation, forces_2)
+            on_carrier = carrier.angle, carrier.speed, torque_3
+            write(record, k, mesh, power, (rub.force, rub.loss), on_carrier, components, motions)
         spun_1, spun_2 = torque_on(state, 0, spin_1, f[5]), torque_on(state, 1, spin_2, g[5])
         if carried == 1:
-            return spun_1, spun_2, torque_on(state, 2, carrier, -f[5] - g[5])
+            return spun_1, spun_2, torque_on(state, 2, carrier, torque_3)
         on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
         on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
         return on_pinion + on_wheel

@@ -1,11 +1,11 @@
-"""What drives and loads a built system while a run or its static equilibrium is solved: imposed speed and torques.
+"""What drives and loads a built system while a run or its static equilibrium is solved: imposed speeds and torques.
 
-The drive has two modes. In static solves, between runs, and beside items of the user or a drag on the held shaft, the
-constraint `Model.drive` imposes the angle; it is inactive where all shafts are free. Else, while a run is solved, the
+A drive has two modes. In static solves, between runs, and beside items of the user or a drag on a held shaft, the
+constraints `Model.drives` impose the angles; those of free shafts are inactive. Else, while a run is solved, an imposed
 angle is a known function of time that the contacts of the held shaft evaluate, or the coupling behind its rotor, with
-no algebraic equation and no function in Python. In this mode neither the constraint nor the load of the model is in the
-system, as an inactive constraint costs a step 1.3 times its time, a load of 0 1.1 times. Afterwards they are back under
-their numbers.
+no algebraic equation and no function in Python. In this mode neither the constraints nor the load of the model are in
+the system, as an inactive constraint costs a step 1.3 times its time, a load of 0 1.1 times. Afterwards they are back
+under their numbers.
 """
 
 from collections.abc import Iterator
@@ -23,14 +23,7 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
-from exugear.multibody.model import (
-    Model,
-    end_coordinate,
-    further_loads,
-    further_objects,
-    hold_members,
-    is_first,
-)
+from exugear.multibody.model import Model, further_loads, further_objects, hold_members, is_first
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
@@ -42,9 +35,9 @@ from exugear.operation.torque_tables import NO_TORQUE, TorqueTable
 #: whether it is active.
 OFFSETS = "offsetUserFunction", "offsetUserFunction_t"
 CONSTRAINT = *OFFSETS, "offset", "markerNumbers", "activeConnector"
-#: Key under which the system keeps the imposed motion while it is a known function of time; name of a coupling that
-#: reads it.
-MOTION, COUPLING = "imposed motion", "driven coupling"
+#: Key under which the system keeps imposed motions while they are known functions of time; name of a coupling of a
+#: shaft that reads its motion.
+MOTION, COUPLING = "imposed motion", "driven coupling of {}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +64,7 @@ class DriveAndLoad:
 
     torques       tabulated torques and recorded motions
     constrained   whether the constraint stays while the run is solved
-    outside       constraint and load while they are not in the system
+    outside       constraints and load while they are not in the system
     """
 
     model: Model
@@ -81,10 +74,9 @@ class DriveAndLoad:
     outside: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self):
-        held = self.held
-        braked = held is not None and held.end_rotor is None and bool(held.drags)
+        braked = any(held.end_rotor is None and held.drags for held in self.held)
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
-        twists = held is not None and held.end_rotor is None and held.name in self.model.elastics
+        twists = any(held.end_rotor is None and held.name in self.model.elastics for held in self.held)
         self.constrained = braked or added or twists or self._observed()
 
     def _observed(self) -> bool:
@@ -92,40 +84,41 @@ class DriveAndLoad:
         mbs, model = self.model.mbs, self.model
         sensors = [mbs.GetSensor(i) for i in range(mbs.systemData.NumberOfSensors())]
         return any(
-            int(sensor.get(kind, -1)) == number
+            int(sensor.get(kind, -1)) == int(number)
             for sensor in sensors
-            for kind, number in (("objectNumber", int(model.drive)), ("loadNumber", int(model.load)))
+            for kind, numbers in (("objectNumber", model.drives), ("loadNumber", (int(model.load),)))
+            for number in numbers
         )
 
     @property
-    def held(self) -> Shaft | None:
-        """The shaft whose speed is imposed, if any."""
-        return next((shaft for shaft in self.model.gearbox.shafts if shaft.name == self.conditions.held), None)
+    def held(self) -> list[Shaft]:
+        """The shafts whose speeds are imposed."""
+        return [self.model.gearbox.ends[name] for name in self.conditions.held]
 
     def hold(self) -> None:
-        """Let the constraint hold the anchor at rest at its angle at the start, for the static equilibrium."""
+        """Let the constraints hold the anchors at rest at their angles at the start, for the static equilibrium."""
         model, conditions = self.model, self.conditions
-        ratio = model.speed_ratios[end_coordinate(model, conditions.anchor)]
+        angles = model.of_shaft(conditions.initial_angles)
         ground = model.mbs.GetObjectParameter(model.drive, "markerNumbers")[0]
-        markers = [ground, model.end_markers[conditions.anchor]]
-        held = {"markerNumbers": markers, "activeConnector": True, "offset": float(conditions.initial_angle * ratio)}
-        for name, value in (held | dict.fromkeys(OFFSETS, 0)).items():
-            model.mbs.SetObjectParameter(model.drive, name, value)
+        for drive, name in zip(model.drives, conditions.anchors, strict=True):
+            markers = [ground, model.end_markers[name]]
+            held = {"markerNumbers": markers, "activeConnector": True, "offset": angles[name]}
+            for parameter, value in (held | dict.fromkeys(OFFSETS, 0)).items():
+                model.mbs.SetObjectParameter(drive, parameter, value)
 
     def release(self) -> None:
         """Let the torques vary, and the train turn as imposed or freely; the initial state of the system stays."""
         for shaft_torque in self.torques.values():
             shaft_torque.record.held = 0
         if self.constrained:
-            self._impose_by_constraint(symbolic=isinstance(self.conditions.speed_of, Line))
+            self._impose_by_constraints(symbolic=True)
         else:
             self._take_out()
-            if self.held:
-                self._impose_as_function_of_time(self.held)
+            self._impose_as_functions_of_time()
         assemble_in_state(self.model)
 
     def end(self) -> None:
-        """Remove what the run has added; the system keeps its state, the imposed speed and the constant load."""
+        """Remove what the run has added; the system keeps its state, the imposed speeds and the constant load."""
         mbs, driven = self.model.mbs, self.model.gearbox.driven.name
         for shaft_torque in self.torques.values():
             _delete(mbs, shaft_torque.name)
@@ -133,54 +126,67 @@ class DriveAndLoad:
             state = state_of(mbs, mesh.contact)
             state.torques[:], state.imposed[:], state.inertias[:] = 0.0, 0, 0.0
         hold_members(self.model)
-        if mbs.variables.pop(MOTION, None) and self.held and self.held.end_rotor:
-            _delete(mbs, COUPLING)
-            self._set_spring(self.held, True)
+        known = mbs.variables.pop(MOTION, None)
+        for held in [shaft for shaft in self.held if shaft.end_rotor and known]:
+            _delete(mbs, COUPLING.format(held.name))
+            self._set_spring(held, True)
         if self.outside:
-            constraint, load = self.outside
-            mbs.AddObject(constraint)
+            *constraints, load = self.outside
+            for constraint in constraints:
+                mbs.AddObject(constraint)
             mbs.AddLoad(load)
         self.hold()
-        self._impose_by_constraint(symbolic=False)
+        self._impose_by_constraints(symbolic=False)
         for end in self.conditions.ends:
             if end.name == driven and self.conditions.tables[driven].constant:
                 mbs.SetLoadParameter(self.model.load, "load", self._constant_torque(end))
         assemble_in_state(self.model)
 
-    def _impose_by_constraint(self, *, symbolic: bool) -> None:
-        """Let the constraint impose the speed, or be inactive where all shafts are free.
+    def _impose_by_constraints(self, *, symbolic: bool) -> None:
+        """Let the constraints impose the speeds, or be inactive where shafts are free.
 
-        symbolic   by expressions, which Exudyn evaluates itself; left behind they would keep the system in memory
+        symbolic   lines by expressions, which Exudyn evaluates itself; left behind they would keep the system in memory
         """
-        mbs, drive = self.model.mbs, self.model.drive
-        if not self.conditions.held:
+        mbs, drives = self.model.mbs, self.model.drives
+        imposed = angles_and_rates(self.conditions)
+        for drive, functions, speed_of in zip(drives, imposed, self.conditions.speeds_of, strict=False):
+            for name, function in zip(OFFSETS, functions, strict=True):
+                expressed = symbolic and isinstance(speed_of, Line)
+                function = CreateSymbolicUserFunction(mbs, function, name, drive) if expressed else function
+                mbs.SetObjectParameter(drive, name, function)
+        for drive in drives[len(imposed) :]:
             mbs.SetObjectParameter(drive, "activeConnector", False)
-            return
-        for name, function in zip(OFFSETS, angle_and_rate(self.conditions), strict=True):
-            function = CreateSymbolicUserFunction(mbs, function, name, drive) if symbolic else function
-            mbs.SetObjectParameter(drive, name, function)
 
     def _take_out(self) -> None:
-        """Take constraint and load out of the system."""
+        """Take constraints and load out of the system."""
         mbs, model = self.model.mbs, self.model
-        self.outside = [mbs.GetObject(model.drive), mbs.GetLoad(model.load)]
-        mbs.DeleteObject(model.drive, deleteDependentItems=False, suppressWarnings=True)
+        drives = sorted(model.drives, key=int)
+        self.outside = [*(mbs.GetObject(drive) for drive in drives), mbs.GetLoad(model.load)]
+        for drive in reversed(drives):
+            mbs.DeleteObject(drive, deleteDependentItems=False, suppressWarnings=True)
         mbs.DeleteLoad(model.load, deleteDependentMarkers=False, suppressWarnings=True)
 
-    def _impose_as_function_of_time(self, held: Shaft) -> None:
-        """Let the coupling of the held rotor, or the contacts of the held shaft, evaluate the imposed motion.
+    def _impose_as_functions_of_time(self) -> None:
+        """Let the couplings of held rotors, or the contacts of held shafts, evaluate their imposed motions.
 
-        The first of the contacts accelerates the coordinate of the shaft, of a carrier the first of its pins.
+        The first of the contacts accelerates the coordinate of a shaft, of a carrier the first of its pins.
         """
-        model, mbs, conditions = self.model, self.model.mbs, self.conditions
-        knots, coefficients = conditions.speed_of.angle_pieces
-        coefficients[:, 0] += conditions.start_angle
-        motion, arrays = imposed_motion(knots, model.gearbox.directions[held.name] * coefficients)
-        mbs.variables[MOTION] = motion, arrays
+        motions = []
+        for held, imposed, speed_of in zip(self.held, self.conditions.imposed, self.conditions.speeds_of, strict=True):
+            knots, coefficients = speed_of.angle_pieces
+            coefficients[:, 0] += imposed.start_angle
+            motions.append(imposed_motion(knots, self.model.gearbox.directions[held.name] * coefficients))
+            self._impose(held, motions[-1][0])
+        if motions:
+            self.model.mbs.variables[MOTION] = motions
+
+    def _impose(self, held: Shaft, motion: np.record) -> None:
+        """Let the coupling of a held rotor, or the contacts of a held shaft, evaluate an imposed motion."""
+        model, mbs = self.model, self.model.mbs
         if held.end_rotor:
             self._set_spring(held, False)
             nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
-            _add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
+            _add_driven_coupling(mbs, COUPLING.format(held.name), nodes, held.end_rotor.coupling, motion)
             return
         inertia, on_pins = model.gearbox.body_inertias[held.name], held.name in model.gearbox.carriers_of_pins
         for record in [pin.record for pin in model.pins if pin.carrier.name == held.name]:
@@ -222,11 +228,11 @@ class DriveAndLoad:
 
     def record_rotors(self) -> None:
         """Record the motion of the rotors behind couplings where it is needed; the meshes record that of bodies."""
-        held, everywhere = self.held, self.conditions.held is None or self.conditions.power
-        beside_held = held.end_rotor.body if held and held.end_rotor else ""
+        everywhere = not self.conditions.prescribed or self.conditions.power
+        beside_held = {held.end_rotor.body for held in self.held if held.end_rotor}
         for shaft in self.model.gearbox.shafts:
             for rotor in shaft.rotors:
-                if rotor.name not in self.torques and (everywhere or rotor.name == beside_held):
+                if rotor.name not in self.torques and (everywhere or rotor.name in beside_held):
                     end = ShaftEnd(rotor.name, shaft.name, rotor.name, 1, Torque(0.0))
                     self._add_torque(end, NO_TORQUE, 0.0)
 
@@ -247,8 +253,8 @@ class DriveAndLoad:
 def applied(model: Model, conditions: Conditions) -> Iterator[DriveAndLoad]:
     """Apply the imposed speed and the torques; afterwards the system keeps the speed and the load of the driven shaft.
 
-    Until `DriveAndLoad.release` the torques have their values at the start, and where all shafts are free the anchor is
-    held, so that the static equilibrium can be solved.
+    Until `DriveAndLoad.release` the torques have their values at the start, and free anchors are held, so that the
+    static equilibrium can be solved.
     """
     acting = DriveAndLoad(model, conditions)
     acting.hold()
@@ -265,14 +271,18 @@ def applied(model: Model, conditions: Conditions) -> Iterator[DriveAndLoad]:
 
 
 def is_known_function_of_time(model: Model) -> bool:
-    """Whether the imposed speed is a known function of time, which contacts or a coupling evaluate."""
+    """Whether imposed speeds are known functions of time, which contacts or couplings evaluate."""
     return MOTION in model.mbs.variables
 
 
-def angle_and_rate(conditions: Conditions):
-    """Angle about z of the held shaft and its rate as user functions of Exudyn."""
-    speed_of, start_angle = conditions.speed_of, conditions.start_angle
-    direction = conditions.gearbox.directions[conditions.anchor]
+def angles_and_rates(conditions: Conditions) -> list[tuple[Any, Any]]:
+    """Angle about z of each held shaft and its rate as user functions of Exudyn."""
+    return [_angle_and_rate(conditions, number) for number in range(len(conditions.imposed))]
+
+
+def _angle_and_rate(conditions: Conditions, number: int) -> tuple[Any, Any]:
+    speed_of, imposed = conditions.speeds_of[number], conditions.imposed[number]
+    direction, start_angle = conditions.gearbox.directions[imposed.shaft], imposed.start_angle
 
     def angle(mbs, t, item, offset):
         return speed_of.integral(t)
@@ -290,7 +300,7 @@ def angle_and_rate(conditions: Conditions):
 
 
 def assemble_in_state(model: Model) -> None:
-    """Assemble the system without a change of its states; a multiplier of the drive that is new is 0."""
+    """Assemble the system without a change of its states; multipliers of drives that are new are 0."""
     mbs = model.mbs
     states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
     mbs.Assemble()
@@ -306,13 +316,13 @@ def restored(model: Model) -> Iterator[None]:
     mbs = model.mbs
     contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
     holding_forces = [float(contact.holding_force) for contact in contacts]
-    constraint = {name: mbs.GetObjectParameter(model.drive, name) for name in CONSTRAINT}
+    constraints = {(drive, name): mbs.GetObjectParameter(drive, name) for drive in model.drives for name in CONSTRAINT}
     states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
     try:
         yield
     finally:
-        for name, value in constraint.items():
-            mbs.SetObjectParameter(model.drive, name, value)
+        for (drive, name), value in constraints.items():
+            mbs.SetObjectParameter(drive, name, value)
         for name in ("load", "loadUserFunction"):
             mbs.SetLoadParameter(model.load, name, load[name])
         for contact, force in zip(contacts, holding_forces, strict=True):

@@ -23,17 +23,20 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_stiffness
 from exugear.gearbox.disc import Disc
 from exugear.gearbox.elastic_shaft import ElasticShaft
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.mesh_force.kernel_records import address_of, doubles_at, floats_at, put_all, reader, record_type
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
-from fem.support.numba_cache import kept
+from exugear.rolling_bearings.law import law_at, law_record, reaction
+from fem.support.numba_cache import compiled, kept
 
 #: Number of elastic coordinates, index of the spin; addresses of the gyroscopic matrix (n, n), of the rows (elastic, n)
 #: that measure the elastic coordinates, and of room for coordinates and velocities (2 n) and for forces (n).
 ELASTIC = record_type(*((name, "i8") for name in ("elastic", "spin", "polar", "rows", "state", "forces")))
-#: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of such room.
+#: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of such room; of a rolling
+#: bearing that of its `LAW`, and rows (5, n) for all of its motion.
 BEARING = record_type(*((name, "i8") for name in ("law", "rows", "state", "forces")))
 elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
 #: The function for kernels: (array, n) -> its n floats as a tuple.
@@ -121,7 +124,7 @@ class BuiltShaft:
         return mass
 
 
-def at_bearings(elastic: ElasticShaft) -> list[tuple[np.ndarray, Bearing]]:
+def at_bearings(elastic: ElasticShaft) -> list[tuple[np.ndarray, Bearing | RollingBearing]]:
     """(6, size) rows that measure the motion at each bearing, and the bearing; none of a shaft that only spins."""
     bearings = elastic.shaft.bearings if elastic.spatial else {}
     return [(elastic.at_bearing(axial), bearing) for axial, bearing in bearings.items()]
@@ -167,7 +170,9 @@ def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], e
     built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
     number = _add_matrices(mbs, nodes, built)
     for rows, bearing in at_bearings(elastic):
-        if not bearing.linear:
+        if isinstance(bearing, RollingBearing):
+            _add_rolling_bearing(mbs, nodes, rows, bearing)
+        elif not bearing.linear:
             _add_bearing(mbs, nodes, rows, bearing)
     return replace(built, number=number)
 
@@ -314,3 +319,70 @@ def bearing_kernel(n: int):
         return as_tuple(forces, n)
 
     return elastic_bearing
+
+
+def _add_rolling_bearing(mbs, nodes: list[Any], rows: np.ndarray, bearing: RollingBearing) -> None:
+    """Add a rolling bearing, whose motion rows (6, n) measure."""
+    n, law = rows.shape[1], law_record(bearing.rows, 0.0, bearing.damping_time, tables=True)
+    arrays = np.ascontiguousarray(rows[:5]), np.zeros(2 * n), np.zeros(n)
+    record = np.zeros(1, BEARING)[0]
+    record.law, (record.rows, record.state, record.forces) = law.address, (array.ctypes.data for array in arrays)
+    kernel, address = rolling_kernel(n), address_of(record)
+
+    def rolling_bearing(mbs, t, item, q, q_t):
+        try:
+            return kernel(address, t, *q, *q_t)
+        except ValueError as error:
+            raise Diverged(f"displacement {error.args[0]:.4g} m of a rolling bearing is beyond all bounds") from None
+
+    def rolling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        tangent = tangent_stiffness(bearing, 0.0, rows @ np.array(q))
+        return (factor + factor_t * bearing.damping_time) * rows.T @ tangent @ rows
+
+    function = direct(errors_kept(mbs, rolling_bearing), kernel, (record,), n, pointed_to=(law, arrays))
+    item: Any = eii.ObjectGenericODE2(
+        nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=rolling_jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)
+
+
+@compiled
+def measured(rows, state, first, n):
+    """Motion (5) that rows (5, n) measure in a state, from an index on."""
+    x, y, z, a, b = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(n):
+        value = state[first + j]
+        x, y, z = x + rows[0, j] * value, y + rows[1, j] * value, z + rows[2, j] * value
+        a, b = a + rows[3, j] * value, b + rows[4, j] * value
+    return x, y, z, a, b
+
+
+@cache
+def rolling_kernel(n: int):
+    """The function (record, t, *coordinates, *velocities) -> forces (n) of a rolling bearing on an elastic shaft.
+
+    record is the address of a `BEARING`. Raises ValueError(displacement) beyond all bounds.
+    """
+
+    @kept
+    def elastic_rolling_bearing(record, t, *x):
+        bearing = bearing_at(record)
+        put_all(bearing.state, x)
+        state, rows = carray(doubles_at(bearing.state), 2 * n), carray(doubles_at(bearing.rows), (5, n))
+        q, forces = measured(rows, state, 0, n), carray(doubles_at(bearing.forces), n)
+        far = abs(q[0]) + abs(q[1]) + abs(q[2])
+        if not far <= FAR:
+            raise ValueError(far)
+        on_shaft = reaction(law_at(bearing.law), q, measured(rows, state, n, n))
+        for j in range(n):
+            forces[j] = (
+                rows[0, j] * on_shaft[0]
+                + rows[1, j] * on_shaft[1]
+                + rows[2, j] * on_shaft[2]
+                + rows[3, j] * on_shaft[3]
+                + rows[4, j] * on_shaft[4]
+            )
+        return as_tuple(forces, n)
+
+    return elastic_rolling_bearing

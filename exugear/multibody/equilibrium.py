@@ -1,16 +1,17 @@
 """Static equilibrium of a built gearbox under its load, from which a run starts."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import isfinite
 
 import exudyn.itemInterface as eii
 import numpy as np
 
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import radial_points
 from exugear.gearbox.shaft import Shaft
-from exugear.gearbox.shaft_dynamics import static_displacement
+from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL, node_of
@@ -29,6 +30,7 @@ from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_er
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
 from exugear.planning.plan import UNDAMPED
+from exugear.rolling_bearings.statics import NotCarried
 from fem.support.validation import require
 from fem.units import mm, rpm
 
@@ -38,6 +40,7 @@ NO_EQUILIBRIUM = (
     "no static equilibrium; try another load: a larger one where teeth or bearings hardly touch, "
     "a smaller one or stiffer bearings where these yield far"
 )
+NOT_CARRIED = "turn or pair the bearings so that they press against the load, or load the other flanks"
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
 #: Iterations for the phases of meshes, and their tolerance [m, rad].
@@ -66,30 +69,31 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
     """
-    speed, acceleration = conditions.initial_speed, conditions.initial_acceleration
-    system = model.mbs.systemData
-    ratios = model.speed_ratios
-    considered = acceleration if _inertia_matters(model, acceleration) else 0.0
+    accelerations, system = conditions.initial_accelerations, model.mbs.systemData
+    speeds = model.of_shaft(conditions.initial_speeds)
+    considered = accelerations if _inertia_matters(model, conditions) else 0.0 * accelerations
     try:
         q = _loaded_coordinates(model, conditions, considered)
     except NoEquilibrium as error:
+        acceleration = considered[model.gearbox.shafts.index(model.gearbox.driving)]
         inertia = f"it includes inertia torques at {acceleration:.4g} rad/s^2"
-        remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
+        remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered.any() else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        torques = _torques_at_start(model, conditions, considered * ratios)
+        torques = _torques_at_start(model, conditions, model.motion_of(considered))
         if model.gearbox.planets:
             q = _shared_among_planets(model, q, conditions, torques)
-        with _softened_by_rotation(model, speed):
-            q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speed))
+        with _softened_by_rotation(model, speeds):
+            q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speeds))
+    velocities = model.motion_of(conditions.initial_speeds)
     system.SetODE2Coordinates(q, INITIAL)
-    system.SetODE2Coordinates_t(speed * ratios + speed * _turned(model, q), INITIAL)
-    centripetal = -(speed**2) * _turned(model, ratios + _turned(model, q))
-    system.SetODE2Coordinates_tt(acceleration * ratios + centripetal, INITIAL)
+    system.SetODE2Coordinates_t(velocities + _turned(model, q, speeds), INITIAL)
+    centripetal = -_turned(model, velocities + _turned(model, q, speeds), speeds)
+    system.SetODE2Coordinates_tt(model.motion_of(accelerations) + centripetal, INITIAL)
 
 
-def _turned(model: Model, displacements: np.ndarray) -> np.ndarray:
-    """(n_coordinates,) velocities per speed of the driving shaft of displacements that turn with the carrier.
+def _turned(model: Model, displacements: np.ndarray, speeds: Mapping[str, float]) -> np.ndarray:
+    """(n_coordinates,) velocities of displacements that turn with the carrier, at speeds of the shafts by name.
 
     They are those of the members of sets whose planets move in the plane, 0 for all other coordinates.
     """
@@ -99,43 +103,54 @@ def _turned(model: Model, displacements: np.ndarray) -> np.ndarray:
             for shaft in stage.shafts:
                 if model.scene.shafts[shaft.name].on_bearings:
                     x, y = displacements[centre_of(model, shaft.name)]
-                    velocities[centre_of(model, shaft.name)] = box.ratios[stage.carrier.name] * np.array([-y, x])
+                    velocities[centre_of(model, shaft.name)] = speeds[stage.carrier.name] * np.array([-y, x])
     return velocities
 
 
-def _inertia_matters(model: Model, acceleration: float) -> bool:
+def _inertia_matters(model: Model, conditions: Conditions) -> bool:
     """Whether inertia loads a mesh by more than a static solve can resolve."""
-    forces = np.abs(model.gearbox.static_forces(0.0, acceleration))
+    box, accelerations = model.gearbox, conditions.initial_accelerations
+    anchors = box.anchors(box.independent)
+    forces = np.abs(box.forces_of_motion(np.zeros(len(box.shafts)), accelerations, anchors))
     return any(
         f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
     )
 
 
-def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: float) -> np.ndarray:
-    """Coordinates in which meshes, bearings and couplings carry the torques and the inertia torques, to first order."""
-    box, anchor, torques, drags = model.gearbox, conditions.anchor, conditions.initial_torques, conditions.initial_drags
-    accelerations = {name: ratio * acceleration for name, ratio in box.ratios.items()}
-    forces = box.forces_under(torques + drags, acceleration, held=anchor)
-    rigid = conditions.initial_angle * model.speed_ratios
+def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.ndarray) -> np.ndarray:
+    """Coordinates in which meshes, bearings and couplings carry the torques and the inertia torques, to first order.
+
+    accelerations   (n_shaft,) of the shafts [rad/s^2]
+    """
+    box, anchors, torques, drags = (
+        model.gearbox,
+        conditions.anchors,
+        conditions.initial_torques,
+        conditions.initial_drags,
+    )
+    by_name = model.of_shaft(accelerations)
+    forces = box.forces_of_motion(torques + drags, accelerations, anchors)
+    rigid = model.motion_of(conditions.initial_angles)
     q = _displaced_on_bearings(model, forces) + rigid
-    held, spin = next(shaft for shaft in box.shafts if shaft.name == anchor), model.spins[anchor]
     on_rotors = {end.body: conditions.initial_torque(end) for end in conditions.ends}
     for shaft in box.shafts:
         on_rotors |= {
-            rotor.name: on_rotors.get(rotor.name, 0.0) - rotor.coupling.inertia * accelerations[shaft.name]
+            rotor.name: on_rotors.get(rotor.name, 0.0) - rotor.coupling.inertia * by_name[shaft.name]
             for rotor in shaft.rotors
         }
-    twisted = {}
-    if held.rotors:
+    twisted: dict[str, dict[str, float]] = {}
+    for held in (shaft for shaft in box.shafts if shaft.name in anchors and shaft.rotors):
+        spin = model.spins[held.name]
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
-        inertia_torque = box.inertias[anchor] * accelerations[anchor]
-        on_shaft = float(by_meshes @ model.spin_motions[anchor]) + drags[box.shafts.index(held)] - inertia_torque
-        twisted = _twisted(held, held.end, on_rotors | {anchor: on_shaft})
-        q += twisted[anchor] * model.spin_motions[anchor]
-    q = _with_mesh_forces(model, forces, q, anchor)
+        inertia_torque = box.inertias[held.name] * by_name[held.name]
+        on_shaft = float(by_meshes @ model.spin_motions[held.name]) + drags[box.shafts.index(held)] - inertia_torque
+        twisted[held.name] = _twisted(held, held.end, on_rotors | {held.name: on_shaft})
+        q += twisted[held.name][held.name] * model.spin_motions[held.name]
+    q = _with_mesh_forces(model, forces, q, anchors)
     for shaft in box.shafts:
-        fixed = rigid[spin] if shaft.name == anchor else q[model.spins[shaft.name]]
-        angles = twisted if shaft.name == anchor else _twisted(shaft, shaft.name, on_rotors)
+        spin = model.spins[shaft.name]
+        fixed = rigid[spin] if shaft.name in twisted else q[spin]
+        angles = twisted.get(shaft.name) or _twisted(shaft, shaft.name, on_rotors)
         for rotor in shaft.rotors:
             q[model.rotor_spins[rotor.name]] = fixed + angles[rotor.name]
     return q
@@ -151,31 +166,39 @@ def _shared_among_planets(
     Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again.
     """
     box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
-    forces = box.forces_under(conditions.initial_torques, 0.0, held=conditions.anchor)
-    secants = np.array([
-        force / _deflection(model, mesh, force, q) if force > 0 else 0.0
-        for force, mesh in zip(forces.tolist(), model.meshes, strict=True)
-    ])  # fmt: skip
+    forces = box.forces_of_motion(conditions.initial_torques, 0.0, conditions.anchors)
+    contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
+    touches, secants = np.array(contacts).T
+    sides = np.sign(forces)
     loads = np.zeros(q.size)
     for end in conditions.ends:
         loads[model.turning[end.body]] += conditions.initial_torque(end)
     for index, torque in torques.items():
         loads[index] += torque
-    stiffness, reference = matrices_without_meshes(model)[1], np.array([m.reference_deflection for m in model.meshes])
-    standing = [end_coordinate(model, conditions.anchor), *held_by_joints(model)]
+    stiffness = matrices_without_meshes(model)[1]
+    reference = np.array([mesh.reference_deflection for mesh in model.meshes]) - touches
+    standing = [*(end_coordinate(model, name) for name in conditions.anchors), *held_by_joints(model)]
     free = np.setdiff1d(np.arange(q.size), standing)
-    pressed = secants > 0
+    pressed = forces != 0
     for _ in model.meshes:
         springs = np.where(pressed, secants, 0.0)
         total = stiffness + rows.T @ (springs[:, None] * rows)
         residual = loads - stiffness @ q - rows.T @ (springs * (reference + rows @ q))
         loaded = q.copy()
         loaded[free] += np.linalg.lstsq(total[np.ix_(free, free)], residual[free])[0]
-        pulling = pressed & (reference + rows @ loaded < 0)
+        pulling = pressed & (sides * (reference + rows @ loaded) < 0)
         if not pulling.any():
             return loaded
         pressed &= ~pulling
     return q
+
+
+def _secant(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> tuple[float, float]:
+    """Deflection [m] at which the flank that a force [N] presses begins to touch, and secant stiffness [N/m]."""
+    deflection = _deflection(model, mesh, force, q)
+    touch = 0.0 if force >= 0 or not isfinite(mesh.law.backlash) else -mesh.law.backlash - 2 * mesh.opening
+    pressed = deflection - touch
+    return touch, force / pressed if pressed else 0.0
 
 
 def _twisted(shaft: Shaft, fixed: str, torques: Mapping[str, float]) -> dict[str, float]:
@@ -259,19 +282,21 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 
-def _with_centrifugal_forces(model: Model, torques: Mapping[int, float], speed: float) -> dict[int, float]:
-    """Torques with the centrifugal forces m W^2 rho [N] of planets on pins at a speed of the driving shaft [rad/s]."""
+def _with_centrifugal_forces(
+    model: Model, torques: Mapping[int, float], speeds: Mapping[str, float]
+) -> dict[int, float]:
+    """Torques with the centrifugal forces m W^2 rho [N] of planets on pins at speeds of the shafts by name [rad/s]."""
     total = dict(torques)
     for pin in model.pins:
-        force = _softening(model, pin, speed) * np.asarray(pin.position[:2])
+        force = _softening(pin, speeds) * np.asarray(pin.position[:2])
         for index, value in enumerate(force.tolist(), start=centre_of(model, pin.planet.name).start):
             total[index] = total.get(index, 0.0) + value
     return total
 
 
-def _softening(model: Model, pin: Pin, speed: float) -> float:
-    """Centrifugal stiffness m W^2 [N/m] of a planet on a pin at a speed of the driving shaft [rad/s]."""
-    omega = speed * model.gearbox.ratios[pin.carrier.name]
+def _softening(pin: Pin, speeds: Mapping[str, float]) -> float:
+    """Centrifugal stiffness m W^2 [N/m] of a planet on a pin at speeds of the shafts by name [rad/s]."""
+    omega = speeds[pin.carrier.name]
     softening = pin.planet.mass * omega**2
     fast = f"planet {pin.planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
     require(softening < 0.5 * float(pin.bearing.stiffness[0, 0]), f"{fast}; take a stiffer pin, or a lower speed")
@@ -279,12 +304,14 @@ def _softening(model: Model, pin: Pin, speed: float) -> float:
 
 
 @contextmanager
-def _softened_by_rotation(model: Model, speed: float) -> Iterator[None]:
-    """Give planets on pins the stiffness -m W^2 of their displacements at a speed of the driving shaft [rad/s]."""
+def _softened_by_rotation(model: Model, speeds: Mapping[str, float]) -> Iterator[None]:
+    """Give planets on pins the stiffness -m W^2 of their displacements at speeds of the shafts by name [rad/s]."""
     mbs, objects = model.mbs, []
-    for pin in model.pins if speed else ():
-        softening, node = _softening(model, pin, speed), node_of(mbs, model.bodies[pin.planet.name])
+    for pin in model.pins:
+        softening, node = _softening(pin, speeds), node_of(mbs, model.bodies[pin.planet.name])
         matrix = np.diag([-softening, -softening, 0.0])
+        if not softening:
+            continue
         objects.append(mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix)))
     try:
         if objects:
@@ -323,12 +350,18 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     for shaft in model.gearbox.shafts:
         kind, spin, built = model.scene.shafts[shaft.name], model.spins[shaft.name], model.elastics.get(shaft.name)
         if built and built.elastic.spatial:
-            q[built.indices], radial_forces = built.elastic.static_displacement(on_coordinates[built.indices])
+            try:
+                q[built.indices], radial_forces = elastic_displacement(built.elastic, on_coordinates[built.indices])
+            except NotCarried as error:
+                raise NoEquilibrium(f"{error}; {NOT_CARRIED}") from None
             _check_tables(shaft, radial_forces)
         elif kind.on_bearings:
             moving, on_centre = slice(spin - kind.spin_index, spin), np.zeros(6)
             on_centre[kind.components[:-1]] = on_coordinates[moving]
-            displacement, radial_forces = static_displacement(shaft, on_centre, kind.components[:-1])
+            try:
+                displacement, radial_forces = static_displacement(shaft, on_centre, kind.components[:-1])
+            except NotCarried as error:
+                raise NoEquilibrium(f"{error}; {NOT_CARRIED}") from None
             _check_tables(shaft, radial_forces)
             q[moving] = displacement[kind.components[:-1]]
     _check_yield(model, forces, q)
@@ -338,7 +371,8 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
 def _check_tables(shaft: Shaft, radial_forces: Mapping[float, float]) -> None:
     """NoEquilibrium where a nonlinear bearing carries more than its table; forces [N] by axial position."""
     for axial, force in radial_forces.items():
-        end = radial_points(shaft.bearings[axial])[1, -1]
+        bearing = shaft.bearings[axial]
+        end = radial_points(bearing)[1, -1] if isinstance(bearing, Bearing) else np.inf
         if not force <= end:
             beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
             raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")
@@ -356,25 +390,25 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
             raise NoEquilibrium(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
 
 
-def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchor: str) -> np.ndarray:
+def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchors: Sequence[str]) -> np.ndarray:
     """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; phases follow the spins."""
     rounding = 2 * np.spacing(np.abs(q).max())
     for _ in range(ITERATIONS):
         before = q
         deflections = [_deflection(model, mesh, f, before) for mesh, f in zip(model.meshes, forces, strict=True)]
-        q = with_deflections(model, deflections, before, anchor)
+        q = with_deflections(model, deflections, before, anchors)
         if np.abs(q - before).max() < CONVERGED + rounding:
             return q
     raise NoEquilibrium(NO_EQUILIBRIUM)
 
 
-def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor: str) -> np.ndarray:
+def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchors: Sequence[str]) -> np.ndarray:
     """The coordinates with spins at which the meshes have deflections (n_stage,) [m], to first order.
 
-    The shaft named anchor keeps its spin; in loops the spins are the least-squares solution.
+    The shafts named anchors keep their spins; in loops the spins are the least-squares solution.
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
-    standing = anchor, *model.gearbox.reaction_members
+    standing = *anchors, *model.gearbox.reaction_members
     motions = np.array([motion for name, motion in model.spin_motions.items() if name not in standing]).T
     reference = np.array([mesh.reference_deflection for mesh in model.meshes])
     q += motions @ np.linalg.lstsq(rows @ motions, deflections - reference - rows @ q)[0]

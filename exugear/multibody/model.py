@@ -1,18 +1,18 @@
 """The built model: a gearbox as an assembled Exudyn system, with what follows from its linear equations."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from math import pi
 from typing import Annotated, Any
 
 import exudyn as exu
 import numpy as np
 
 from exugear.contact.recorder import Recorder
-from exugear.gearbox.bearing_law import radial_part
+from exugear.gearbox.bearing_law import radial_part, tangent_stiffness
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
@@ -93,6 +93,7 @@ class BuiltSystem:
     elastics        of the elastic shafts: their bodies and coordinates
     drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
                     solved both may be out of the system (`exugear.multibody.drive_and_load`)
+    further_drives  object numbers of the constraints for further speeds that a gearbox leaves free
     """
 
     gearbox: Gearbox
@@ -107,7 +108,13 @@ class BuiltSystem:
     drive: int
     load: int
     pins: tuple[Pin, ...]
+    further_drives: tuple[int, ...]
     elastics: Mapping[str, BuiltShaft]
+
+    @property
+    def drives(self) -> tuple[int, ...]:
+        """Object numbers of all constraints that impose speeds."""
+        return self.drive, *self.further_drives
 
     @property
     def rotors(self) -> dict[str, int]:
@@ -125,14 +132,25 @@ class BuiltSystem:
 
         Of planets on pins also the velocity of their centres in the reference configuration [m].
         """
-        ratios = np.zeros(self.mbs.systemData.ODE2Size())
+        return self.motion_of(self.gearbox.nominal_ratios)
+
+    def motion_of(self, shafts: np.ndarray) -> np.ndarray:
+        """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of shafts (n_shaft,).
+
+        Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
+        """
+        motion, of_shaft = np.zeros(self.mbs.systemData.ODE2Size()), self.of_shaft(shafts)
         for name, shaft in self.gearbox.ends.items():
-            ratios[self.turning[name]] = self.gearbox.ratios[shaft.name]
+            motion[self.turning[name]] = of_shaft[shaft.name]
         for name, built in self.elastics.items():
-            ratios[[*built.spins.values()]] = self.gearbox.ratios[name]
+            motion[[*built.spins.values()]] = of_shaft[name]
         for pin in self.pins:
-            ratios[centre_of(self, pin.planet.name)] = self.gearbox.ratios[pin.carrier.name] * pin.orbit
-        return ratios
+            motion[centre_of(self, pin.planet.name)] = of_shaft[pin.carrier.name] * pin.orbit
+        return motion
+
+    def of_shaft(self, values: np.ndarray) -> dict[str, float]:
+        """Values (n_shaft,) by the names of the shafts."""
+        return dict(zip([shaft.name for shaft in self.gearbox.shafts], values.tolist(), strict=True))
 
     @property
     def spin_motions(self) -> dict[str, np.ndarray]:
@@ -147,9 +165,7 @@ class BuiltSystem:
     @property
     def mesh_cycles(self) -> np.ndarray:
         """(n_stage,) mesh cycles per radian of the driving shaft; on a carrier those of the speed in its frame."""
-        box = self.gearbox
-        against = [box.ratios[s.fast.name] - (box.ratios[s.carrier.name] if s.carrier else 0.0) for s in box.stages]
-        return np.array([abs(x) * s.pair.pinion.z / (2 * pi) for x, s in zip(against, box.stages, strict=True)])
+        return np.abs(self.gearbox.cycles @ self.gearbox.nominal_ratios)
 
 
 @checked
@@ -212,19 +228,20 @@ def end_coordinate(system: BuiltSystem, name: str) -> int:
     return system.rotors.get(name, system.spins[name])
 
 
-def linearized(system: BuiltSystem, held: str | None, speed: float = 0.0) -> Model:
+def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> Model:
     """The model of a built system, from its present linear equations, further items included.
 
-    held    name of the shaft whose speed is imposed, None if all are free
+    held    names of the shafts whose speeds are imposed
     speed   of the driving shaft [rad/s], at which drag damps and gyroscopic moments act
     """
     for name, elastic in system.elastics.items():
-        set_held(system.mbs, elastic, held=name == held)
+        set_held(system.mbs, elastic, held=name in held)
     train, box = linear_train(system, speed), system.gearbox
-    driving, imposed = end_coordinate(system, box.driving.name), end_coordinate(system, held) if held else None
-    twists = held is not None and box.ends[held].twist is not None
-    omega, omega_mesh = train.frequency_bounds(imposed if twists else None)
-    resonances = zip(train.mesh_resonances(driving).tolist(), train.mesh_resonances(None).tolist(), strict=True)
+    driving, imposed = ([end_coordinate(system, name) for name in names] for names in (box.independent, held))
+    twisting = [end_coordinate(system, name) for name in held if box.ends[name].twist]
+    omega, omega_mesh = train.frequency_bounds(twisting)
+    sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
+    resonances = zip(*(train.mesh_resonances(names, sets).tolist() for names in (driving, ())), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
     plan = BuiltPlan(
         **vars(system.scene),
@@ -265,10 +282,10 @@ def matrices_without_meshes(system: BuiltSystem, speed: float = 0.0) -> tuple[np
     return mass, stiffness, damping
 
 
-def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: int | None, per_torque: np.ndarray) -> Mesh:
+def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], per_torque: np.ndarray) -> Mesh:
     """The mesh of a stage with the accelerations of its bodies along the line of action, by mesh force and bearings.
 
-    held         index of the coordinate whose motion is imposed
+    held         indices of the coordinates whose motion is imposed
     per_torque   (n_stage, n_shaft) mesh forces by torques about z [1/m], the bearings rigid
     """
     built, accelerations = system.contacts[i], train.acceleration_by_force(i, held)
@@ -330,11 +347,17 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
         first, built = system.spins[shaft.name] - 5, system.elastics.get(shaft.name)
         for axial, bearing in shaft.bearings.items():
             if not bearing.linear and built:
-                rows = built.elastic.at_bearing(axial)[:2]
-                total[np.ix_(built.indices, built.indices)] += float(bearing.stiffness[0, 0]) * rows.T @ rows
+                rows, k = (
+                    built.elastic.at_bearing(axial),
+                    bearing.stiffness - tangent_stiffness(bearing, 0.0, np.zeros(6)),
+                )
+                total[np.ix_(built.indices, built.indices)] += rows.T @ k @ rows
             elif not bearing.linear:
-                part = slice(first, first + 6)
-                total[part, part] += radial_part(float(bearing.stiffness[0, 0]), axial - shaft.centre)
+                part, lever = slice(first, first + 6), axial - shaft.centre
+                if isinstance(bearing, RollingBearing):
+                    total[part, part] += bearing.at(lever) - tangent_stiffness(bearing, lever, np.zeros(6))
+                else:
+                    total[part, part] += radial_part(float(bearing.stiffness[0, 0]), lever)
     return total
 
 

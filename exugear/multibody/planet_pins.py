@@ -86,6 +86,8 @@ class Pin:
 def pin_of(planet: Shaft, carrier: Shaft, position: np.ndarray) -> Pin:
     """The pin of a planet; ValueError for bearings that are not the same in all directions."""
     bearing, *further = planet.bearings.values()
+    if not isinstance(bearing, Bearing):
+        raise ValueError(f"the pin of {planet.name!r} must be a Bearing(radial=...), got a {type(bearing).__name__}")
     k = bearing.stiffness
     alike = not further and bearing.linear and abs(k[0, 0] - k[1, 1]) <= ROUNDING * k[0, 0] and not k[0, 1]
     turning = f"the pin of {planet.name!r} turns with the carrier: its bearing must be linear and the same in all"

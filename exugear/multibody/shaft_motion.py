@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
@@ -20,7 +21,9 @@ def needs_speeds(model: Model, conditions: Conditions) -> bool:
     """Whether meshes must record spins and speeds: for drags and torque supports, or as no imposed speed gives them."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
     braked = any(shaft.drags or shaft.torque_supports for shaft in model.gearbox.shafts)
-    return conditions.power or conditions.held is None or conditions.held in model.rotors or stops or braked
+    braked = braked or any(mesh.frame.fixed.any() for mesh in model.meshes)
+    behind_couplings = any(name in model.rotors for name in conditions.held)
+    return conditions.power or not conditions.prescribed or behind_couplings or stops or braked
 
 
 def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
@@ -43,7 +46,18 @@ def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
 
 def driving_speed(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray:
     """(n,) speed of the driving shaft about z [rad/s], imposed or recorded."""
-    return conditions.driving_speed(time) if conditions.held else recorded(model, "speed")[model.gearbox.driving.name]
+    driving = model.gearbox.driving.name
+    return conditions.driving_speed(time) if conditions.prescribed else recorded(model, "speed")[driving]
+
+
+def mesh_frequencies(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray:
+    """(n_stage, n) mesh frequencies [Hz] by the speeds of the anchors, imposed or recorded."""
+    if conditions.prescribed:
+        speeds = conditions.anchor_speeds(time)
+    else:
+        directions, by_shaft = model.gearbox.directions, recorded(model, "speed")
+        speeds = np.array([directions[name] * by_shaft[name] for name in conditions.anchors])
+    return np.abs(model.gearbox.cycles @ conditions.motions.T @ speeds)
 
 
 def speed_variables(model: Model, torques: ShaftTorques, number: int) -> dict[str, Any]:
@@ -141,7 +155,18 @@ class BearingForces:
                 first, last = last, last + len(shaft.bearings)
                 bearing_displacements(shaft, q, moved[first:last], self.model.scene.elastic.get(shaft.name))
             data["bearing_displacement"] = over, moved, about
+            data |= _bearing_tilts(motions)
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
+
+
+def _bearing_tilts(motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]]) -> dict[str, Any]:
+    """Tilts of the shafts at all bearings, which the loads on rolling elements need; empty without rolling bearings."""
+    bearings = [(bearing, q) for shaft, q, _ in motions.values() for bearing in shaft.bearings.values()]
+    if not any(isinstance(bearing, RollingBearing) for bearing, _ in bearings):
+        return {}
+    tilts = np.array([q[:, 3:].T if q.shape[1] == 5 else np.zeros((2, len(q))) for _, q in bearings])
+    about = {"units": "rad", "long_name": "tilt of the shaft at the bearing"}
+    return {"bearing_tilt": (("bearing", "tilt", "time"), tilts, about), "tilt": ("tilt", ["x", "y"])}
 
 
 def drag_variables(model: Model) -> dict[str, Any]:
@@ -169,8 +194,8 @@ def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
     """Torques of drives, with the motion, and of loads, against it, over the ends of shafts and time."""
     by_sense: dict[int, dict[str, np.ndarray]] = {1: {}, -1: {}}
-    if conditions.held:
-        by_sense[conditions.held_sense][conditions.held] = imposed_torque(model, conditions, torques, time)
+    for number, imposed in enumerate(conditions.imposed):
+        by_sense[imposed.sense][imposed.shaft] = imposed_torque(model, conditions, number, torques, time)
     for end in conditions.ends:
         by_sense[end.sense][end.name] = _applied_torque(model, conditions, end, torques, time)
     data: dict[str, Any] = {}
@@ -208,22 +233,24 @@ def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques
     return end.sense * model.gearbox.directions[end.shaft] * samples[: time.size]
 
 
-def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> np.ndarray:
-    """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load).
+def imposed_torque(
+    model: Model, conditions: Conditions, number: int, torques: ShaftTorques, time: np.ndarray
+) -> np.ndarray:
+    """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load); number: of it.
 
     It accelerates the shaft against the torques of its meshes and its drag, or the rotor against that of the coupling.
     """
-    shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
-    acceleration = conditions.speed_of.slope(time)
+    shaft = model.gearbox.ends[conditions.held[number]]
+    acceleration = conditions.speeds_of[number].slope(time)
     if rotor := shaft.end_rotor:
-        by_coupling = _coupling_torque(model, conditions, rotor, torques, time)
+        by_coupling = _coupling_torque(model, conditions, number, rotor, torques, time)
         torque = rotor.coupling.inertia * acceleration + by_coupling
     else:
         torque = mesh_torque(model, shaft)
         np.subtract(model.gearbox.body_inertias[shaft.name] * acceleration, torque, out=torque)
         if shaft.drags:
             torque += _drag_torque(model, shaft)
-    torque *= conditions.held_sense
+    torque *= conditions.imposed[number].sense
     return torque
 
 
@@ -238,7 +265,7 @@ def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
         if shaft.name in (stage.fast.name, stage.slow.name):
             torques.append(on_pinion if shaft.name == stage.fast.name else on_wheel)
         elif stage.carrier and shaft.name == stage.carrier.name and shaft.name not in model.gearbox.carriers_of_pins:
-            torques.append(-on_pinion - on_wheel)
+            torques.append(mesh.recorder.samples.get("torque_3", -on_pinion - on_wheel))
     return model.gearbox.directions[shaft.name] * sum(torques[1:], start=torques[0])
 
 
@@ -258,15 +285,15 @@ def _pin_torque(pin: Pin, model: Model) -> np.ndarray:
 
 
 def _coupling_torque(
-    model: Model, conditions: Conditions, rotor: Rotor, torques: ShaftTorques, time: np.ndarray
+    model: Model, conditions: Conditions, number: int, rotor: Rotor, torques: ShaftTorques, time: np.ndarray
 ) -> np.ndarray:
     """(n,) torque of the coupling of a held rotor on the body that bears it, in the sense of motion [N m]."""
-    held = str(conditions.held)
+    held, speed_of = conditions.held[number], conditions.speeds_of[number]
     if rotor.body == held:
         spin, speed = (recorded(model, quantity)[held] for quantity in ("spin", "speed"))
     else:
         recorder, direction = torques[rotor.body].recorder, model.gearbox.directions[held]
         spin, speed = (direction * recorder[name][: time.size] for name in ("angle", "speed"))
-    angle = conditions.start_angle + conditions.speed_of.integral(time)
+    angle = conditions.imposed[number].start_angle + speed_of.integral(time)
     coupling = rotor.coupling
-    return coupling.torsion * (angle - spin) + coupling.damping * (conditions.speed_of(time) - speed)
+    return coupling.torsion * (angle - spin) + coupling.damping * (speed_of(time) - speed)

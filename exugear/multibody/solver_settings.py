@@ -143,16 +143,16 @@ def _negligible_residual(model: Model, conditions: Conditions, tolerance: float)
     for name, table in conditions.tables.items():
         torques[names.index(model.gearbox.ends[name].name)] += table.largest
     force = max(float(np.abs(mesh.force_per_torque) @ torques) for mesh in model.meshes)
-    angle = conditions.highest_speed * conditions.duration + abs(conditions.start_angle)
+    starts = [abs(imposed.start_angle) for imposed in conditions.imposed]
+    angle = conditions.fastest * conditions.duration + max(starts, default=0.0)
     stiffness = max(mesh.law.stiffness_max * mesh.stage.pair.pinion.r_b for mesh in model.meshes)
-    fastest = max(map(abs, model.gearbox.ratios.values()))
-    rounding = ROUNDINGS * np.finfo(float).eps * fastest * angle * stiffness
+    rounding = ROUNDINGS * np.finfo(float).eps * angle * stiffness
     return max(RESIDUAL_SHARE * tolerance * force, float(rounding))
 
 
 def _rule(model: Model, conditions: Conditions, tolerance: float, step: float | Rule | None) -> Rule:
     """Integrator and step by the tolerance or by the user's choice; ValueError for unstable steps."""
-    mesh_frequency = float(model.mesh_cycles.max()) * conditions.highest_speed
+    mesh_frequency = float(conditions.highest_mesh_frequencies.max())
     chosen = model.plan.rule(tolerance, mesh_frequency)
     if step is None:
         return chosen
@@ -166,8 +166,8 @@ def _rule(model: Model, conditions: Conditions, tolerance: float, step: float | 
 
 def _jumping_meshes(model: Model, conditions: Conditions) -> dict[str, tuple[float, np.ndarray]]:
     """Shortest mesh period of the run [s] and phases of the jumps, by the label of each stage whose law jumps."""
-    frequencies = model.mesh_cycles * conditions.highest_speed
-    stages = zip(model.gearbox.labels, model.meshes, frequencies.tolist(), strict=True)
+    frequencies = conditions.highest_mesh_frequencies.tolist()
+    stages = zip(model.gearbox.labels, model.meshes, frequencies, strict=True)
     return {label: (1 / f, mesh.law.jumps) for label, mesh, f in stages if f > 0 and mesh.law.jumps.size}
 
 

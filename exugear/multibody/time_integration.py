@@ -155,9 +155,9 @@ class Solver:
 
     @property
     def _steady(self) -> bool:
-        """Whether the run starts from equilibrium at a constant imposed speed."""
-        speed_of = self.conditions.speed_of
-        return speed_of is not None and speed_of.constant and not self.restarted
+        """Whether the run starts from equilibrium at constant imposed speeds."""
+        constant = all(speed_of.constant for speed_of in self.conditions.speeds_of)
+        return self.conditions.prescribed and constant and not self.restarted
 
     def settings(self) -> exu.SimulationSettings:
         """Settings of Exudyn for the run."""
@@ -173,27 +173,28 @@ class Solver:
         self._realign(segment.last)
 
     def _realign(self, last: int) -> None:
-        """Take back the angle by which the coordinate of the held shaft has drifted from its imposed angle.
+        """Take back the angles by which the coordinates of held shafts have drifted from their imposed angles.
 
         Behind a constraint the whole train has drifted with it, by rounding. Contacts know the imposed angle: beside
         them only the coordinate of the shaft itself drifts, as it follows its acceleration step by step.
         """
-        model, held = self.model, self.conditions.held
-        if not held:
+        model, conditions, t = self.model, self.conditions, last * self.scheme.steps.size
+        if not conditions.imposed:
             return
-        system, spin, t = model.mbs.systemData, end_coordinate(model, held), last * self.scheme.steps.size
-        direction, speed_of = model.gearbox.directions[held], self.conditions.speed_of
-        q, imposed = (
-            system.GetODE2Coordinates(INITIAL),
-            direction * (self.conditions.start_angle + speed_of.integral(t)),
-        )
-        if is_known_function_of_time(model):
-            rates = system.GetODE2Coordinates_t(INITIAL)
-            q[spin], rates[spin] = imposed, direction * speed_of(t)
+        system = model.mbs.systemData
+        q, rates = system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)
+        known = is_known_function_of_time(model)
+        for imposed, speed_of, motion in zip(
+            conditions.imposed, conditions.speeds_of, conditions.motions, strict=False
+        ):
+            spin, direction = end_coordinate(model, imposed.shaft), model.gearbox.directions[imposed.shaft]
+            angle = direction * (imposed.start_angle + speed_of.integral(t))
+            if known:
+                q[spin], rates[spin] = angle, direction * speed_of(t)
+            else:
+                q += (angle - q[spin]) * model.motion_of(motion)
+        if known:
             system.SetODE2Coordinates_t(rates, INITIAL)
-        else:
-            ratios = model.speed_ratios
-            q += (imposed - q[spin]) * ratios / ratios[spin]
         system.SetODE2Coordinates(q, INITIAL)
 
     def solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
@@ -246,7 +247,7 @@ class Solver:
 
     def _speed_at(self, t: float) -> float:
         """Speed of the driving shaft [rad/s] at a time [s]: the imposed one, or the present one."""
-        if self.conditions.held:
+        if self.conditions.prescribed:
             return float(self.conditions.driving_speed(t))
         spin = self.model.spins[self.model.gearbox.driving.name]
         return float(self.model.mbs.systemData.GetODE2Coordinates_t()[spin])

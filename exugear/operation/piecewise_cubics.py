@@ -42,6 +42,10 @@ class PiecewiseCubic:
         """Derivative at x."""
         return self._value(self._slope, x)
 
+    def scaled(self, factor: float) -> "PiecewiseCubic":
+        """The cubics times a factor."""
+        return PiecewiseCubic(self.knots, factor * self.coefficients)
+
     @property
     def constant(self) -> bool:
         """Whether the value never changes."""

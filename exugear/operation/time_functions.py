@@ -38,6 +38,9 @@ class Line:
     def slope(self, t) -> float:
         return self.b
 
+    def scaled(self, factor: float) -> "Line":
+        return Line(factor * self.a, factor * self.b)
+
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
         """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.multibody.imposed_motion` reads them."""

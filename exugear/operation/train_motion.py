@@ -1,7 +1,6 @@
 """A gear train as one rigid body: its inertia, mesh forces by torques, and the speeds to expect of a run."""
 
 from collections.abc import Callable, Sequence
-from math import expm1
 
 import numpy as np
 
@@ -16,62 +15,103 @@ HIGHEST_SPEED, SPEED_STEP = 1e5, 1e-4
 LARGEST_EXPONENT, ROUNDING = 50.0, 1e-9
 
 
-def reduced_inertia(gearbox: Gearbox) -> float:
-    """Inertia [kg m^2] of all shafts and of the rotors behind their couplings, reduced to the driving shaft."""
-    return sum(inertia * gearbox.ratios[name] ** 2 for name, inertia in gearbox.turning_inertias.items())
+def reduced_inertia(gearbox: Gearbox, motions: np.ndarray) -> np.ndarray:
+    """(n, n) inertia [kg m^2] of all shafts and of the rotors behind their couplings over motions (n, n_shaft)."""
+    inertias = np.array([gearbox.turning_inertias[shaft.name] for shaft in gearbox.shafts])
+    return (motions * inertias) @ motions.T
 
 
-def drag_torques(gearbox: Gearbox, speed: float) -> np.ndarray:
-    """(n_shaft,) torques of the drags about z [N m] at a speed of the driving shaft [rad/s].
+def drag_torques(gearbox: Gearbox, speeds: np.ndarray) -> np.ndarray:
+    """(n_shaft,) torques of the drags about z [N m] at speeds of all shafts about z (n_shaft,) [rad/s].
 
     Bearings whose load only the run knows count as unloaded.
     """
     return np.array([
-        -sum(braking_torque(drag.terms, gearbox.ratios[shaft.name] * speed, 0.0) for _, drag in shaft.drags)
-        for shaft in gearbox.shafts
+        -sum(braking_torque(drag.terms, speed, 0.0) for _, drag in shaft.drags)
+        for shaft, speed in zip(gearbox.shafts, speeds.tolist(), strict=True)
     ])  # fmt: skip
 
 
-def force_per_torque(gearbox: Gearbox, held: str | None) -> np.ndarray:
+def accelerations_under(
+    gearbox: Gearbox, torques: np.ndarray, imposed: Sequence[str], given: np.ndarray | None = None
+) -> np.ndarray:
+    """(n_shaft,) accelerations about z [rad/s^2] of a gearbox as a rigid train under torques (n_shaft,) [N m].
+
+    imposed   names of the shafts whose motion is imposed
+    given     accelerations of these shafts; by default 0
+    """
+    anchors = gearbox.anchors(imposed)
+    motions, number = gearbox.motions_of(anchors), len(imposed)
+    inertia = reduced_inertia(gearbox, motions)
+    of_anchors = np.zeros(len(anchors)) if given is None else np.r_[given, np.zeros(len(anchors) - number)]
+    free = slice(number, None)
+    push = motions[free] @ torques - inertia[free, :number] @ of_anchors[:number]
+    of_anchors[free] = np.linalg.solve(inertia[free, free], push)
+    return of_anchors @ motions
+
+
+def force_per_torque(gearbox: Gearbox, imposed: Sequence[str]) -> np.ndarray:
     """(n_stage, n_shaft) static mesh forces by torques about z on the shafts [1/m].
 
-    held   name of the shaft whose speed is imposed; None: a torque accelerates the whole train, whose inertia torques
-           take part
+    imposed   names of the shafts whose speeds are imposed; a torque accelerates what they leave free, whose inertia
+              torques take part
     """
-    columns = []
-    for shaft, torques in zip(gearbox.shafts, np.eye(len(gearbox.shafts)), strict=True):
-        accelerated = 0.0 if held else gearbox.ratios[shaft.name] / reduced_inertia(gearbox)
-        columns.append(gearbox.forces_under(torques, accelerated, held=held or gearbox.driving.name))
+    anchors, columns = gearbox.anchors(imposed), []
+    for torques in np.eye(len(gearbox.shafts)):
+        accelerations = accelerations_under(gearbox, torques, imposed)
+        columns.append(gearbox.forces_of_motion(torques, accelerations, anchors))
     return np.array(columns).T
 
 
 def expected_speeds(
     gearbox: Gearbox,
+    imposed: Sequence[str],
+    given: tuple[np.ndarray, np.ndarray],
     torques: np.ndarray,
-    of_speed: Callable[[float], float],
-    start_speed: float,
+    of_speed: Callable[[np.ndarray], np.ndarray],
+    start_speeds: Sequence[float],
     times: np.ndarray,
-    ends: Sequence[float] = (),
+    ends: Sequence[tuple[str, float]] = (),
 ) -> np.ndarray:
-    """Speeds of the driving shaft [rad/s] at times (n,), those after the end of the run left out.
+    """Speeds of all shafts about z (n_shaft, n) [rad/s] at times (n,), those after the end of the run left out.
 
-    torques    (n - 1,) mean torques between the times, reduced to the driving shaft [N m]
-    of_speed   further torque, reduced likewise, as a function of the speed of the driving shaft
-    ends       speeds at which the run ends
+    imposed        names of the shafts whose motion is imposed
+    given          (n_imposed, n) their speeds and accelerations about z at the times
+    torques        (n_shaft, n - 1) mean torques on the shafts about z between the times [N m]
+    of_speed       further torques (n_shaft,), each as a function of the speed of its shaft (n_shaft,)
+    start_speeds   about z of the `Gearbox.anchors` behind the imposed ones
+    ends           name of a shaft and its speed about z at which the run ends
 
-    Rosenbrock-Euler steps: exact where the torque is linear in the speed, stable however steep it is (Hochbruck and
-    Ostermann 2010). Raises ValueError where a speed grows beyond `HIGHEST_SPEED`.
+    Rosenbrock-Euler steps: exact where the torques are linear in the speeds, stable however steep they are (Hochbruck
+    and Ostermann 2010). Raises ValueError where a speed grows beyond `HIGHEST_SPEED`.
     """
-    inertia, speeds = reduced_inertia(gearbox), [start_speed]
-    for t, step, torque in zip(times, np.diff(times), torques, strict=False):
-        speed = speeds[-1]
-        present, after, before = (of_speed(speed + change) for change in (0.0, SPEED_STEP, -SPEED_STEP))
-        x = step / inertia * (after - before) / (2 * SPEED_STEP)
-        growth = expm1(min(x, LARGEST_EXPONENT)) / x if abs(x) > ROUNDING else 1.0
-        speeds.append(speed + step / inertia * growth * (torque + present))
-        far = f"drives and loads: the shaft {gearbox.driving.name!r} reaches {HIGHEST_SPEED / rpm:.3g} rpm"
+    names, number = [shaft.name for shaft in gearbox.shafts], len(imposed)
+    motions = gearbox.motions_of(gearbox.anchors(imposed))
+    of_imposed, free = given[0].T @ motions[:number], motions[number:]
+    inertia = reduced_inertia(gearbox, motions)
+    inverse, pull = np.linalg.inv(inertia[number:, number:]), inertia[number:, :number] @ given[1]
+    speeds, limits = np.array(start_speeds, float), [(names.index(name), speed) for name, speed in ends]
+    listed = [of_imposed[0] + speeds @ free]
+    for k, (t, step) in enumerate(zip(times, np.diff(times), strict=False)):
+        present, after, before = (of_speed(listed[-1] + change) for change in (0.0, SPEED_STEP, -SPEED_STEP))
+        slopes = (free * ((after - before) / (2 * SPEED_STEP))) @ free.T
+        accelerations = inverse @ (free @ (torques[:, k] + present) - pull[:, k])
+        speeds = speeds + step * _growth(step * inverse @ slopes) @ accelerations
+        listed.append(of_imposed[k + 1] + speeds @ free)
+        fastest = int(np.abs(listed[-1]).argmax())
+        far = f"drives and loads: the shaft {names[fastest]!r} reaches {HIGHEST_SPEED / rpm:.3g} rpm"
         remedy = "add a load, shorten the duration, or stop at SpeedReached"
-        require(abs(speeds[-1]) < HIGHEST_SPEED, f"{far} after t = {t:.4g} s; {remedy}")
-        if any((speed - end) * (speeds[-1] - end) < 0 for end in ends):
+        require(abs(listed[-1][fastest]) < HIGHEST_SPEED, f"{far} after t = {t:.4g} s; {remedy}")
+        if any((listed[-2][i] - end) * (listed[-1][i] - end) < 0 for i, end in limits):
             break
-    return np.array(speeds)
+    return np.array(listed).T
+
+
+def _growth(x: np.ndarray) -> np.ndarray:
+    """(e^x - 1) / x of a matrix x (n, n) with a basis of eigenvectors."""
+    if not np.abs(x).max(initial=0.0) > ROUNDING:
+        return np.eye(len(x))
+    values, vectors = np.linalg.eig(x)
+    values = np.where(np.abs(values) > ROUNDING, values, ROUNDING)
+    phi = np.expm1(np.minimum(values.real, LARGEST_EXPONENT)) / values.real
+    return (vectors * phi @ np.linalg.inv(vectors)).real

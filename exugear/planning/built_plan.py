@@ -35,7 +35,8 @@ class BuiltPlan(Plan):
     contact     whether Exudyn calls the contacts without Python, or why by way of Python
 
     mesh_resonances   for each stage [Hz]: main resonance of its mesh with the speed of the driving shaft imposed, and
-                      with that shaft free; the meshes have their mean stiffness at the largest torque of their maps
+                      with that shaft free; the meshes have their mean stiffness at the largest torque of their maps.
+                      All stages of a planetary set have the resonance of the set: the mode that strains its meshes most
     largest_torques   of these maps, on the pinions [N m], by stage
     decay             rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 without damping
     """
@@ -88,10 +89,19 @@ class BuiltPlan(Plan):
         about = f"about {self.wall_time(steps):.3g} s, {memory:.3g} MB of samples"
         return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: {about}"
 
-    def _resonance(self, label: str) -> str:
-        """The main resonance of a mesh in words, with the load at which it is."""
-        at = f", at {self.largest_torques[label]:.4g} N m on the pinion, the largest of the map"
-        return f"resonance of {label}: {IMPOSED.format(*self.mesh_resonances[label])}{at}"
+    def _resonances(self) -> list[str]:
+        """The main resonances in words, of each planetary set once, with the load at which they are."""
+        in_sets = {label: carrier for carrier, labels in self.set_stages.items() for label in labels}
+        first = {labels[0]: carrier for carrier, labels in self.set_stages.items()}
+        lines = []
+        for label, resonance in self.mesh_resonances.items():
+            if label in in_sets and label not in first:
+                continue
+            of = f"the planetary set on {first[label]}, all meshes together" if label in first else label
+            pinion = f"the pinion of {label}" if label in first else "the pinion"
+            at = f", at {self.largest_torques[label]:.4g} N m on {pinion}, the largest of the map"
+            lines.append(f"resonance of {of}: {IMPOSED.format(*resonance)}{at}")
+        return lines
 
     @checked
     def wall_time(self, steps: Finite) -> float:
@@ -109,7 +119,7 @@ class BuiltPlan(Plan):
             *self.lines(),
             f"integrator: {self.rule()}",
             f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}",
-            *(self._resonance(label) for label in self.mesh_resonances),
+            *self._resonances(),
             f"largest stable step: {self.largest_step:.3g} s",
             f"tolerance 1e-3: {self.cost(1.0, self.step())}; parts of a run with executor=: {self.overlap}",
             f"contact: {self.contact}",

@@ -33,6 +33,11 @@ class Coordinates(Enum):
 
 
 def pose(gearbox: Gearbox, shaft: Shaft) -> list[float]:
-    """Reference coordinates (6) [m, rad] of a shaft's centre of mass, its static displacement included."""
+    """Reference coordinates (6) [m, rad] of a shaft's centre of mass, its static displacement included.
+
+    Planets are displaced with their carrier, too.
+    """
     x, y, z = np.array([*gearbox.shaft_positions[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
+    if carrier := gearbox.planets.get(shaft.name):
+        x, y, z = np.array([x, y, z]) + carrier.offset.at(shaft.centre)
     return [float(x), float(y), float(z), shaft.offset.tilt_x, shaft.offset.tilt_y, 0.0]

@@ -4,6 +4,7 @@ From them follow the frequencies that a step must resolve, the resonances of the
 that they excite, and how the coordinates yield to a mesh force.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log, pi, sqrt
 from typing import NamedTuple
@@ -43,7 +44,7 @@ class LinearTrain:
     mesh_damping               (n_stage,) of each mesh [N s/m]
     joints                     indices of the coordinates that ideal joints hold
 
-    In all methods held is the index of the coordinate whose motion is imposed, None where all shafts are free.
+    In all methods held are the indices of the coordinates whose motion is imposed.
     """
 
     mass: np.ndarray
@@ -55,11 +56,11 @@ class LinearTrain:
     mesh_damping: np.ndarray
     joints: np.ndarray
 
-    def free(self, held: int | None) -> np.ndarray:
+    def free(self, held: Sequence[int]) -> np.ndarray:
         """Indices of the coordinates that neither ideal joints nor an imposed motion hold."""
-        return np.setdiff1d(np.arange(len(self.mass)), self.joints if held is None else [*self.joints, held])
+        return np.setdiff1d(np.arange(len(self.mass)), np.array([*self.joints, *held], int))
 
-    def frequency_bounds(self, held: int | None = None) -> tuple[float, float]:
+    def frequency_bounds(self, held: Sequence[int] = ()) -> tuple[float, float]:
         """Upper bounds of all eigenfrequencies, and of those of the modes in which meshes deform [rad/s].
 
         Each mesh has its largest stiffness; without held the driving shaft is free to turn.
@@ -68,13 +69,19 @@ class LinearTrain:
         resolved = strain.sum(axis=0) > STRAIN_SHARE * squares
         return sqrt(squares[-1]), sqrt(squares[resolved][-1])
 
-    def mesh_resonances(self, held: int | None) -> np.ndarray:
-        """(n_stage,) frequency [Hz] of the mode that strains each mesh most, the meshes at their mean stiffness."""
+    def mesh_resonances(self, held: Sequence[int], sets: Sequence[Sequence[int]] = ()) -> np.ndarray:
+        """(n_stage,) frequency [Hz] of the mode that strains each mesh most, the meshes at their mean stiffness.
+
+        sets   numbers of the stages of each planetary set, all of which get the mode that strains them most together:
+               equal planets have modes of equal strain, of which each mesh alone would name another one
+        """
         squares, strain = self._modes(self.mean, held)
         share = strain / np.maximum(squares, 1.0)
+        for stages in sets:
+            share[list(stages)] = share[list(stages)].sum(axis=0)
         return np.sqrt(squares)[share.argmax(axis=1)] / (2 * pi)
 
-    def _modes(self, mesh_stiffness: np.ndarray, held: int | None) -> tuple[np.ndarray, np.ndarray]:
+    def _modes(self, mesh_stiffness: np.ndarray, held: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """(n_mode,) squared frequencies, rising, and twice the strain energies (n_stage, n_mode) of the meshes."""
         part, rows = np.ix_(self.free(held), self.free(held)), self._stiff_rows(mesh_stiffness)[:, self.free(held)]
         stiffness = self.stiffness[part] + rows.T @ rows
@@ -85,20 +92,20 @@ class LinearTrain:
         """(n_stage, n) rows times the roots of coefficients (n_stage,)."""
         return np.sqrt(coefficients)[:, None] * self.rows
 
-    def decay(self, held: int | None) -> float:
+    def decay(self, held: Sequence[int]) -> float:
         """Rate of decay [1/s] of the slowest mode that the meshes excite; ignores the damping of nonlinear bearings."""
         free, rows, damped_rows = self.free(held), self._stiff_rows(self.mean), self._stiff_rows(self.mesh_damping)
         part = np.ix_(free, free)
         stiffness, damping = self.stiffness + rows.T @ rows, self.damping + damped_rows.T @ damped_rows
         return slowest_decay(self.mass[part], stiffness[part], damping[part], rows[:, free])
 
-    def acceleration_by_force(self, mesh: int, held: int | None) -> np.ndarray:
+    def acceleration_by_force(self, mesh: int, held: Sequence[int]) -> np.ndarray:
         """(n,) accelerations by a unit force of a mesh [1/kg, 1/(kg m)]."""
         free, accelerations = self.free(held), np.zeros(len(self.mass))
         accelerations[free] = np.linalg.solve(self.mass[np.ix_(free, free)], self.rows[mesh, free])
         return accelerations
 
-    def around(self, mesh: int, held: int | None) -> FreeSystem:
+    def around(self, mesh: int, held: Sequence[int]) -> FreeSystem:
         """The system in which a mesh is a spring; the other meshes have their mean stiffness."""
         free, others = self.free(held), np.arange(len(self.rows)) != mesh
         rows, part = self.rows[others], np.ix_(free, free)

@@ -12,11 +12,13 @@ from exugear.contact.reference_configuration import offsets_at, spatial_frame, s
 from exugear.gearbox.constant_loads import mesh_forces, words_of
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft_dynamics import static_displacement
+from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement
 from exugear.gearbox.stage import Stage
-from exugear.gearbox.static_offsets import stage_offsets
+from exugear.gearbox.static_offsets import displacements_in_housing, stage_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.planning.coordinates import Coordinates, pose
+from exugear.rolling_bearings.statics import NotCarried
 from fem.gear.involute import involute
 from fem.ste.map_sides import SIDES_DIFFER
 from fem.support.validation import require
@@ -56,10 +58,12 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     """Force law with the axes that the scene needs, and the reasons; ValueError where the map lacks such an axis."""
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     static, law = static_offsets(gearbox, stage), stage.force
-    moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
-    _check_axes_exist(stage, static)
-    _check_axis_ranges(stage, static)
-    _check_backlash(stage, static["a"])
+    beside = displacement_in_housing(gearbox, stage)
+    moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers) or (name == "a" and beside)]
+    _check_axes_exist(stage, static if not beside else static | {"a": stage.pair.a})
+    for a in (static["a"], stage.pair.a + beside, stage.pair.a - beside)[: 3 if beside else 1]:
+        _check_axis_ranges(stage, static | {"a": a})
+        _check_backlash(stage, a)
     on_back_flank = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
     alike = [name for name in law.offsets if is_slight(stage, name, static[name] - on_back_flank[name])]
     fixed = {name: static[name] for name in alike if name not in moving}
@@ -68,8 +72,22 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     ]
     lines += [f"{AXIS_NAMES[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
     lines += [f"{AXIS_NAMES[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
+    if beside:
+        lines.append(
+            f"its axis lies {beside / um:.4g} um beside the carrier's: distance and shares vary once in its turn"
+        )
     lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return law.at(**fixed), "; ".join(lines)
+
+
+def displacement_in_housing(gearbox: Gearbox, stage: Stage) -> float:
+    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance.
+
+    Planets on elastic pins move in the plane anyway: 0.
+    """
+    on_pins = stage.carrier is None or stage.carrier.name in gearbox.carriers_of_pins
+    fixed = displacements_in_housing(stage, gearbox.shaft_positions)
+    return 0.0 if on_pins else float(np.hypot(*fixed.T).max())
 
 
 def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordinates]) -> str:
@@ -174,12 +192,28 @@ def _displacements(
         if shaft.name in elastic and elastic[shaft.name].spatial:
             forces = np.zeros(elastic[shaft.name].size)
             forces[: 6 * len(shaft.stations)] = np.concatenate([pushed[axial] for axial in shaft.stations])
-            moved = elastic[shaft.name].static_displacement(forces)[0]
+            moved = _elastic_displacement(elastic[shaft.name], forces)
             displaced |= {(shaft.name, x): moved[6 * i : 6 * i + 6] for i, x in enumerate(shaft.stations)}
         else:
             total, free = sum(pushed.values(), np.zeros(6)), shafts[shaft.name].components[:-1]
-            displaced |= dict.fromkeys([(shaft.name, x) for x in pushed], static_displacement(shaft, total, free)[0])
+            displaced |= dict.fromkeys([(shaft.name, x) for x in pushed], _displacement(shaft, total, free))
     return displaced
+
+
+def _elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> np.ndarray:
+    """(size,) static coordinates of an elastic shaft; inf where its rolling bearings do not carry the load."""
+    try:
+        return elastic_displacement(elastic, forces)[0]
+    except NotCarried:
+        return np.full(elastic.size, np.inf)
+
+
+def _displacement(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
+    """(6,) static displacement of a shaft [m, rad]; inf where its rolling bearings do not carry the load."""
+    try:
+        return static_displacement(shaft, push, free)[0]
+    except NotCarried:
+        return np.full(6, np.inf)
 
 
 def _advice(

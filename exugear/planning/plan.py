@@ -14,6 +14,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
+from exugear.planning.set_words import stages_of_sets, words_of_sets
 from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
@@ -48,9 +49,11 @@ class Plan:
     undamped    whether no mesh, bearing or coupling is damped
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
     damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
+    mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
+    sets        what is modelled of each planetary set and what is skipped, by the name of its carrier
+    set_stages  labels of the stages on each carrier, by its name
     elastic     elastic shafts by their names, with the coordinates that they need
     flexible    reason for these coordinates or for none, by shaft with sections
-    mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -63,6 +66,8 @@ class Plan:
     losses: Mapping[str, str] = field(default_factory=dict)
     damping: Mapping[str, str] = field(default_factory=dict)
     mirrored: Mapping[str, str] = field(default_factory=dict)
+    sets: Mapping[str, str] = field(default_factory=dict)
+    set_stages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     elastic: Mapping[str, ElasticShaft] = field(default_factory=dict)
     flexible: Mapping[str, str] = field(default_factory=dict)
 
@@ -93,6 +98,7 @@ class Plan:
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
         lines = [f"{name}: {self._coordinates(name)} ({self.why[name]})" for name in self.shafts]
+        lines += [f"planetary set on {carrier}: {text}" for carrier, text in self.sets.items()]
         lines += [f"{name}: {text}" for name, text in self.flexible.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
@@ -140,6 +146,9 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
     why |= {name: f"{why[name]}; held: its spin stays 0, and it takes the reaction" for name in gearbox.held}
+    if gearbox.speeds:
+        free = f"one of {len(gearbox.independent)} speeds that the meshes leave free"
+        why |= {name: f"{why[name]}; {free}" for name in gearbox.independent}
     elastic, flexible = flexibility(gearbox, shafts)
     shafts |= {name: Coordinates.BEARINGS for name, shaft in elastic.items() if shaft.spatial}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
@@ -149,14 +158,16 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     advice = missing_axes(gearbox, shafts, torques, elastic)
     idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
     open_teeth = [under if label in idle else "" for label in gearbox.labels]
-    texts = zip((reason for _, reason in reduced), advice, open_teeth, strict=True)
+    gaps = [f"driving flanks {gap / um:.4g} um apart, by the thickness of teeth" if gap else "" for gap in gearbox.gaps]
+    texts = zip((reason for _, reason in reduced), gaps, advice, open_teeth, strict=True)
     reasons = ("; ".join(filter(None, parts)) for parts in texts)
     axes = dict(zip(gearbox.labels, reasons, strict=True))
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
-    undamped, losses, damping = _undamped(gearbox), _losses(gearbox), _damping(gearbox)
-    return Plan(shafts, why, laws, axes, undamped, losses, damping, mirrored, elastic, flexible)
+    of_sets = {"sets": words_of_sets(gearbox, shafts), "set_stages": stages_of_sets(gearbox)}
+    words = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored
+    return Plan(shafts, why, laws, axes, *words, **of_sets, elastic=elastic, flexible=flexible)
 
 
 def _undamped(gearbox: Gearbox) -> bool:
@@ -200,6 +211,9 @@ def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     stages = [stage for stage in gearbox.stages if shaft in stage.shafts]
     if shaft.name in gearbox.planets:
         return _coordinates_of_planet(shaft, stages)
+    tilted = any(stage.carrier for stage in stages) and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
+    fixed = f"shaft {shaft.name!r} is tilted, seen from planets that turn about it, which is not built yet"
+    require(not tilted, f"{fixed}; displace it by Placement(x=..., y=...) alone")
     if not shaft.bearings:
         return Coordinates.SPIN, "no bearings given: ideal ones"
     on_carriers = [stage for stage in stages if stage.carrier]

@@ -4,7 +4,7 @@ from exugear.plots.branch_plots import plot_branches
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
-from exugear.plots.map_plots import plot_load_sharing, plot_ste, plot_stiffness, plot_te_harmonics
+from exugear.plots.map_plots import plot_load_sharing, plot_ring_stiffness, plot_ste, plot_stiffness, plot_te_harmonics
 from exugear.plots.mesh_plots import plot_section, plot_solid
 from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import (
@@ -17,6 +17,7 @@ from exugear.plots.order_plots import (
 )
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_mesh_force, plot_orbit, plot_run_up
+from exugear.plots.set_plots import plot_mesh_phases, plot_phase_sums, plot_planet_shares, plot_side_bands
 from exugear.plots.stress_plots import (
     plot_field,
     plot_gears,
@@ -45,17 +46,22 @@ __all__ = [
     "plot_load_sharing",
     "plot_mesh_force",
     "plot_mesh_order_map",
+    "plot_mesh_phases",
     "plot_modes",
     "plot_orbit",
     "plot_order_cuts",
     "plot_order_map",
     "plot_outlines",
     "plot_peak_pressure",
+    "plot_phase_sums",
+    "plot_planet_shares",
     "plot_power",
     "plot_pressure",
+    "plot_ring_stiffness",
     "plot_root_stress",
     "plot_run_up",
     "plot_section",
+    "plot_side_bands",
     "plot_solid",
     "plot_spectrogram",
     "plot_ste",

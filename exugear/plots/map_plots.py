@@ -7,22 +7,29 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, graded, legend, merged, styled
+from fem.gear.rim_support import Bolts, period
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import (
     LOAD_SHARE,
     PHASE,
+    RING_ANGLE,
+    TE,
     TORQUE,
     check_whole_cycle,
     over_torque_and_phase,
     over_torque_and_pitches,
     pair_of,
+    periodic_spline,
 )
 from fem.ste.te_measures import te_harmonics
 from fem.support.arguments import checked
 from fem.support.validation import require
-from fem.units import mm, um
+from fem.units import deg, mm, um
 
-__all__ = ["plot_load_sharing", "plot_ste", "plot_stiffness", "plot_te_harmonics"]
+__all__ = ["plot_load_sharing", "plot_ring_stiffness", "plot_ste", "plot_stiffness", "plot_te_harmonics"]
+
+#: Points of a curve over the ring angles.
+DRAWN = 241
 
 
 @checked
@@ -96,6 +103,43 @@ def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
         at, te = np.append(loaded[PHASE], 1 + loaded[PHASE][0]), np.append(row, row[0])
         ax.plot(at, load / r_b / te * um, **merged(style, color=colour, label=f"{load:.4g} N m"))
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="mesh stiffness F / STE [N/µm]", xlim=(0, 1))
+    legend(ax)
+    return ax
+
+
+@checked
+@styled
+def plot_ring_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
+    """Secant mesh stiffness F / STE over the position of the mesh on a ring between its bolts, a curve per torque.
+
+    ste     map over `ring_angle`, over a period of the support, of `fem.static_transmission_error`
+
+    The curve is that of the mean STE of the mesh cycle, the band about it holds all phases. Triangles mark where the
+    line of centres passes a bolt.
+    """
+    pair = pair_of(ste)
+    te = check_whole_cycle(ste)[TE].sel({TORQUE: ste[TORQUE] != 0})
+    further = set(te.dims) - {TORQUE, RING_ANGLE, PHASE}
+    require(RING_ANGLE in te.dims, f"ste must have the axis {RING_ANGLE}, of a ring on fem.Bolts, got {te.dims}")
+    require(not further, f"ste also has the axes {sorted(map(str, further))}; select one value of each: ste.sel(...)")
+    ax, turn, torque = axes_or_new(ax), period(pair.wheel.support) or 2 * np.pi, te[TORQUE].values
+    angle = te[RING_ANGLE].values
+    at = np.linspace(0, turn, DRAWN)
+    curves = te.transpose(RING_ANGLE, TORQUE, PHASE).values
+    over = periodic_spline((angle - angle[0]) / turn, curves)((at - angle[0]) / turn % 1.0)
+    for row, (load, colour) in enumerate(zip(torque, graded(torque), strict=True)):
+        stiffness = load / pair.pinion.r_b / over[:, row] * um
+        mean = load / pair.pinion.r_b / over[:, row].mean(axis=1) * um
+        line = merged(style, color=colour, label=f"{load:.4g} N m")
+        ax.plot(at / deg, mean, **line)
+        ax.fill_between(at / deg, stiffness.min(axis=1), stiffness.max(axis=1), color=colour, alpha=0.15, linewidth=0)
+    half_tooth = np.pi * (1 - pair.back_phase) / abs(pair.wheel.z)
+    bolts = [angle for part in pair.wheel.support if isinstance(part, Bolts) for angle in part.angles]
+    passed = np.unique(np.round(np.mod(np.array(bolts) - half_tooth, 2 * np.pi), 9))
+    passed = passed[passed <= turn] / deg
+    ax.plot(passed, 0 * passed, "^", color=GUIDE, clip_on=False, label="bolt")
+    ax.set(xlabel="ring angle of the mesh [deg]", ylabel="mesh stiffness F / STE [N/µm]", xlim=(0, turn / deg))
+    ax.set_ylim(0, None)
     legend(ax)
     return ax
 

@@ -130,13 +130,17 @@ def plot_orbit(
     """Orbit of the shaft at a bearing, y over x, or that of the radial force of the bearing; a cross marks its mean.
 
     run         an `exugear.Run` or its data: of the shaft where it ran with displacement=True, else of the force. Or a
-                signal over bearing and direction, such as `exugear.signal(run, "bearing_force")`
-    bearing     name in run.data["bearing"]; by default the first
-    window      start and end [s]; by default the last turn of the driving shaft
+                signal over bearing and direction, such as `exugear.signal(run, "bearing_force")`; or the orbit of a
+                member of a set, as `exugear.member_orbit` returns it
+    bearing     name in run.data["bearing"]; by default the first; left out with a member's orbit
+    window      start and end [s]; by default the last turn of the driving shaft, of a member's orbit of the carrier
+                against the ring
 
     Raises ValueError for runs without bearings, unknown bearings and windows outside the run.
     """
-    motion = run if isinstance(run, xr.DataArray) else _motion_at_bearings(run)
+    is_of_member = isinstance(run, xr.Dataset) and "member" in run.attrs
+    motion = _motion_of_member(run) if is_of_member else run if isinstance(run, xr.DataArray) else None
+    motion = _motion_at_bearings(run) if motion is None else motion
     over = {"bearing", "direction"} <= set(motion.dims) and motion.attrs.get("units") in ORBITS
     remedy = "pass exugear.signal(run, 'bearing_force') and select the bearing by bearing="
     require(over, f"run must be a run or its forces or displacements over bearing and direction; {remedy}")
@@ -149,10 +153,20 @@ def plot_orbit(
     x, y = motion.sel(bearing=name, direction=["x", "y"]).transpose("direction", "time").values / unit
     ax.plot(x, y, **merged(style, color=EDGE, linewidth=1.0, label=name))
     ax.plot(x.mean(), y.mean(), "+", color=MARK, markersize=11, markeredgewidth=1.6, label="mean")
-    ax.set(xlabel=f"{quantity} along x [{symbol}]", ylabel=f"{quantity} along y [{symbol}]")
+    along = {"pin": ("along the pin's radius", "across it")}.get(str(run.attrs.get("frame")) if is_of_member else "")
+    along_x, along_y = along or ("along x", "along y")
+    ax.set(xlabel=f"{quantity} {along_x} [{symbol}]", ylabel=f"{quantity} {along_y} [{symbol}]")
+    if is_of_member and run.attrs["frame"] not in ("pin", "housing"):
+        ax.set_title(f"in the frame of {run.attrs['frame']}")
     ax.set_aspect("equal", adjustable="datalim")
     legend(ax)
     return ax
+
+
+def _motion_of_member(orbit: xr.Dataset) -> xr.DataArray:
+    """The displacement or force of an orbit of `exugear.member_orbit`, as of a bearing named after the member."""
+    motion = next(orbit[name] for name in ("displacement", "force") if name in orbit)
+    return motion.expand_dims(bearing=[orbit.attrs["member"]])
 
 
 def _motion_at_bearings(run) -> xr.DataArray:

@@ -6,6 +6,7 @@ from exugear.multibody.model import Model
 from exugear.reporting.document import Section, page, printed
 from exugear.reporting.inputs import assumptions, errors, inputs, speed_range, versions
 from exugear.reporting.results import results, vibration
+from exugear.reporting.set_results import set_sections
 from exugear.running.run import Run
 from exugear.running.run_data import stage_data
 from fem.support.arguments import FilePath, checked
@@ -24,8 +25,9 @@ def report(run: Run, path: FilePath, *, model: Model | None = None, title: str =
     model   `exugear.Model` of the run: the report then has its vibration modes and its Campbell diagram too
     title   heading of the report
 
-    Returns the files written, each complete. The page holds a summary, figures, tables of resonances, the inputs as
-    data sheets, assumptions, the plan, error estimates and versions. Where the browser fails to print, a warning says
+    Returns the files written, each complete. The page holds a summary, figures, tables of resonances, of planetary sets
+    their members with torques, phases, load sharing, orbits and side bands, the inputs as data sheets, assumptions, the
+    plan, error estimates and versions. Where the browser fails to print, a warning says
     so. Raises ValueError for other suffixes, and with a model for runs without a constant load on the driven shaft.
     """
     stage_data(run)
@@ -47,6 +49,7 @@ def _sections(run: Run, model: Model | None) -> list[Section]:
     data = run.data
     return [
         results(data),
+        *set_sections(data),
         *([vibration(model, data)] if model else []),
         inputs(data),
         assumptions(data),

@@ -263,8 +263,11 @@ def _modes(at_rest: xr.Dataset) -> Table:
         share = mode["energy_share"]
         strained = f"{share.idxmax('element').item()} ({float(share.max()):.0%})"
         numbers = f"{float(mode['frequency']):.1f}", f"{float(mode['damping_ratio']):.4f}"
-        rows.append((str(number + 1), *numbers, strained if float(share.max()) > 0 else "none: rigid-body motion"))
-    columns = ("mode", "frequency [Hz]", "damping ratio", "most of the strain energy in")
+        kind = [str(mode["kind"].item())] if "kind" in mode else []
+        strained = strained if float(share.max()) > 0 else "none: rigid-body motion"
+        rows.append((str(number + 1), *numbers, *kind, strained))
+    of_sets = ["kind"] if "kind" in at_rest else []
+    columns = ("mode", "frequency [Hz]", "damping ratio", *of_sets, "most of the strain energy in")
     return Table("Natural frequencies at rest under the load", columns, tuple(rows))
 
 

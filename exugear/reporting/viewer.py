@@ -1,15 +1,22 @@
-"""A built gearbox in Exudyn's viewer: gears with their teeth in mesh, on their shafts."""
+"""A built gearbox in Exudyn's viewer: gears with their teeth in mesh, on their shafts; planets that orbit.
+
+Planets on elastic pins are bodies that orbit. Those on ideal pins are spins in the model: a function of the graphics
+moves their triangles with the carrier, by the coordinates that Exudyn shows.
+"""
 
 from collections.abc import Sequence
+from typing import Any
 
+import exudyn as exu
 import numpy as np
+from exudyn import graphics
 
 from exugear.gearbox.shaft import Shaft
-from exugear.mesh_force.ring_pair import RingPair
+from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.model import Model
 from exugear.multibody.turns import in_turn
 from exugear.planning.coordinates import Coordinates
-from exugear.reporting.graphics import add_gear_graphics, add_graphics, meshing_angles, shaft_graphics
+from exugear.reporting.graphics import add_graphics, gear_graphics, meshing_angles, shaft_graphics
 from fem.gear.gear import Gear
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -18,6 +25,12 @@ from fem.support.validation import require
 DIAMETER_SHARE = 0.8
 #: Direction to the light from the viewer's left, homogeneous.
 SIDE_LIGHT = [-10.0, 1.0, 4.0, 0.0]
+#: Inner and outer radius of a ring without teeth, beyond its reference radius [modules]: the tips of its mates pass.
+SMOOTH_RING = 1.25, 3.0
+#: Radius of a drawn carrier beyond the centres of its planets, over the radius of their pins; its thickness over the
+#: face width, and its distance from the gears.
+CARRIER, THICKNESS, BEHIND = 1.6, 0.2, 0.1
+CARRIER_GREY = (0.40, 0.43, 0.48, 1.0)
 
 
 @checked
@@ -25,40 +38,106 @@ SIDE_LIGHT = [-10.0, 1.0, 4.0, 0.0]
 def draw(model: Model) -> None:
     """Give all bodies of the model their graphics, which mbs.SolveDynamic or Exudyn's SolutionViewer shows.
 
-    The circles that Exudyn draws of drive and contacts are hidden.
+    The circles that Exudyn draws of drive and contacts are hidden. Planets stand at their places between sun and ring,
+    turn with the carrier, and have pins on a plate behind the gears. The ring of a `RingPair`, a table without teeth,
+    is drawn smooth.
     """
-    orbiting = "draw: the gears of planetary sets are not drawn yet"
-    require(not model.gearbox.planets, f"{orbiting}; exugear.plots shows their runs and modes")
     hide(model)
     add_gears(model)
     add_shafts(model)
+    add_carriers(model)
 
 
 def add_gears(model: Model) -> None:
     """Draw each gear once, its teeth in mesh, with a cylinder of the shaft in its bore."""
-    drawn = set()
-    for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
-        if isinstance(stage.pair, RingPair):
-            raise ValueError(f"draw: the ring of stage {stage.name!r} is a table without teeth; draw other gearboxes")
+    drawn, orbiting = set(), dict[str, list[dict[str, Any]]]()
+    by_teeth = sorted(
+        zip(model.gearbox.stages, model.gearbox.phases, strict=True), key=lambda x: isinstance(x[0].pair, RingPair)
+    )
+    for stage, phase in by_teeth:
         direction, axial = model.gearbox.direction_of(stage), model.gearbox.offsets(stage)["axial"]
-        angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase, axial=axial)
+        has_teeth = not isinstance(stage.pair, RingPair)
+        options = {"phase": phase, "axial": axial}
+        angles = meshing_angles(stage.pair, stage.angle, direction, **options) if has_teeth else (stage.angle, 0.0)
         gears = (stage.pair.pinion, stage.pair.wheel)
         for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
-            if (name, axial) not in drawn and isinstance(gear, Gear):
-                mbs, body, on_body = model.mbs, model.bodies[name], axial - origin(model, name)
-                add_gear_graphics(mbs, body, gear, axial=on_body, phase_angle=angle)
-                if not gear.internal:
-                    add_graphics(mbs, body, shaft_graphics(gear.b, gear.d_bore, axial=on_body))
+            if (name, axial) not in drawn:
+                on_pin = name in model.gearbox.planets
+                parts = gear_parts(gear, axial - origin(model, name), angle, on_pin)
+                if turns_with_carrier(model, name):
+                    orbiting.setdefault(name, []).extend(parts)
+                else:
+                    for part in parts:
+                        add_graphics(model.mbs, model.bodies[name], part)
                 drawn.add((name, axial))
+    for name, parts in orbiting.items():
+        add_orbiting(model, name, parts)
+
+
+def gear_parts(gear: Gear | Ring, axial: float, angle: float, on_pin: bool) -> list[dict[str, Any]]:
+    """Graphics of a gear, with a cylinder of the shaft in its bore unless it stands on a pin, or of a smooth ring."""
+    if isinstance(gear, Ring):
+        inner, outer = (2 * (abs(gear.r) + share * gear.m_n) for share in SMOOTH_RING)
+        return [shaft_graphics(gear.b, outer, axial=axial, d_bore=inner, tiles=120)]
+    toothed = gear_graphics(gear, axial=axial, phase_angle=angle)
+    return [toothed] if gear.internal or on_pin else [toothed, shaft_graphics(gear.b, gear.d_bore, axial=axial)]
+
+
+def turns_with_carrier(model: Model, name: str) -> bool:
+    """Whether a shaft is a planet whose body only spins, so that its graphics must follow the carrier."""
+    return name in model.gearbox.planets and model.plan.shafts[name] is Coordinates.SPIN
+
+
+def add_orbiting(model: Model, name: str, parts: list[dict[str, Any]]) -> None:
+    """Draw a planet on an ideal pin by its first contact, which asks for its graphics at each picture."""
+    carrier, box = model.gearbox.planets[name].name, model.gearbox
+    contact = next(mesh.contact for mesh in model.meshes if name in (mesh.stage.fast.name, mesh.stage.slow.name))
+    centre, place = (np.array([*box.shaft_positions[shaft], 0.0]) for shaft in (carrier, name))
+    spins, shown = [model.spins[shaft] for shaft in (carrier, name)], exu.ConfigurationType.Visualization
+
+    def orbiting_planet(mbs, item):
+        turned, spin = mbs.systemData.GetODE2Coordinates(shown)[spins]
+        return [graphics.Move(part, centre + about_z(turned) @ (place - centre), about_z(spin)) for part in parts]
+
+    model.mbs.SetObjectParameter(contact, "VgraphicsDataUserFunction", orbiting_planet)
+    model.mbs.SetObjectParameter(contact, "Vshow", True)
+
+
+def about_z(angle: float) -> np.ndarray:
+    """(3, 3) rotation about z."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def add_carriers(model: Model) -> None:
+    """Draw each carrier as a plate behind the gears, with a pin in every planet."""
+    box = model.gearbox
+    for carrier in {shaft.name: shaft for shaft in box.planets.values()}.values():
+        planets = [shaft for shaft in box.shafts if shaft.name in box.planets and box.planets[shaft.name] is carrier]
+        gears = [(axial, gear) for shaft in planets for axial, gear in shaft.gears.items()]
+        low, high = min(axial - gear.b / 2 for axial, gear in gears), max(axial + gear.b / 2 for axial, gear in gears)
+        thickness, d_pin = THICKNESS * (high - low), DIAMETER_SHARE * min(gear.d_bore for _, gear in gears)
+        back, front = low - BEHIND * (high - low), high + BEHIND * (high - low)
+        at = origin(model, carrier.name)
+        centre = np.array(box.shaft_positions[carrier.name])
+        arms = [np.array(box.shaft_positions[shaft.name]) - centre for shaft in planets]
+        radius = max(np.hypot(*arm) for arm in arms) + CARRIER * d_pin / 2
+        plate = shaft_graphics(
+            thickness, 2 * radius, axial=back - thickness / 2 - at, d_bore=radius, color=CARRIER_GREY, tiles=120
+        )
+        add_graphics(model.mbs, model.bodies[carrier.name], plate)
+        for arm in arms:
+            pin = shaft_graphics(front - back, d_pin, axial=(front + back) / 2 - at, color=CARRIER_GREY)
+            add_graphics(model.mbs, model.bodies[carrier.name], graphics.Move(pin, [*arm, 0.0], np.eye(3)))
 
 
 def add_shafts(model: Model) -> None:
-    """Draw each shaft as a cylinder in the bores of its gears; that of rings alone has none."""
+    """Draw each shaft as a cylinder in the bores of its gears; rings alone have none, and planets stand on pins."""
     for shaft in model.gearbox.shafts:
-        low, high = ends(shaft)
         bores = [gear.d_bore for gear in shaft.gears.values() if isinstance(gear, Gear) and not gear.internal]
-        if not bores:
+        if not bores or shaft.name in model.gearbox.planets:
             continue
+        low, high = ends(shaft)
         d = DIAMETER_SHARE * min(bores)
         axial = (low + high) / 2 - origin(model, shaft.name)
         add_graphics(model.mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
@@ -92,7 +171,7 @@ def picture(
 
 def hide(model: Model) -> None:
     """Hide Exudyn's symbols of drive and contacts."""
-    for item in (model.drive, *(mesh.contact for mesh in model.meshes)):
+    for item in (*model.drives, *(mesh.contact for mesh in model.meshes)):
         model.mbs.SetObjectParameter(item, "Vshow", False)
 
 

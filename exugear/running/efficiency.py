@@ -126,7 +126,7 @@ def _settled(model: Model, speed: float, load: float, tolerance: float) -> Stead
     steady_run = partial(
         run,
         model,
-        drives={model.gearbox.driving.name: speed},
+        drives={name: abs(model.gearbox.ratios[name]) * speed for name in model.gearbox.independent},
         loads={model.gearbox.driven.name: load},
         tolerance=min(tolerance / STEP_SHARE, LARGEST_TOLERANCE),
         progress=False,

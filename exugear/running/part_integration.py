@@ -231,15 +231,15 @@ def seam_error(solver: Solver, step: int, state: RunState, expected: Mapping[int
 
 def _vibration(solver: Solver, step: int, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) coordinates and velocities of a state less those of the train as a rigid body."""
-    ratios, conditions, t = solver.model.speed_ratios, solver.conditions, step * solver.scheme.steps.size
-    coordinates = state.system.coordinates - ratios * conditions.driving_angle(t)
-    return np.concatenate([coordinates, state.system.velocities - ratios * conditions.driving_speed(t)])
+    model, conditions, t = solver.model, solver.conditions, step * solver.scheme.steps.size
+    coordinates = state.system.coordinates - model.motion_of(conditions.shaft_angles(t))
+    return np.concatenate([coordinates, state.system.velocities - model.motion_of(conditions.shaft_speeds(t))])
 
 
 def _rounding(model: Model, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) differences of coordinates and velocities that are rounding."""
     angle = ROUNDED_SPACINGS * float(np.spacing(np.abs(state.system.coordinates).max()))
-    spins = model.speed_ratios != 0
+    spins = np.array([model.motion_of(motion) for motion in model.gearbox.motions]).any(axis=0)
     lever = max(float(np.abs(mesh.row[spins]).max()) for mesh in model.meshes)
     coordinates = angle * np.where(spins, 1.0, lever)
     return np.concatenate([coordinates, model.plan.omega_mesh * coordinates])
@@ -250,7 +250,10 @@ def check_parts(model: Model, conditions: Conditions) -> None:
     free = "executor: the speed of a free train is known only once it has run"
     orbits = "executor: a set whose planets move in the plane starts from an equilibrium at angle 0 alone"
     require(not model.pins, f"{orbits}; leave executor out, or leave pin= out")
-    require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
+    fixed = any(mesh.frame.fixed.any() for mesh in model.meshes)
+    require(not fixed, f"{orbits.replace('move in the plane', 'turn about a displaced axis')}; leave executor out")
+    few = f"{free}; impose {len(conditions.anchors)} by exugear.Speed, or leave executor out"
+    require(conditions.prescribed, few)
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
     sensors = model.mbs.systemData.NumberOfSensors()
     added = "executor: model.mbs has objects, loads or sensors beside those of the gearbox"

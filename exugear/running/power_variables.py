@@ -133,7 +133,7 @@ def shaft_motions(
         by_name[name] = ShaftMotion(spin, corrected(speed, factor))
     by_name |= _imposed_motion(model, conditions, time, by_name)
     for name, built in model.elastics.items():
-        held = conditions.held == name and is_known_function_of_time(model)
+        held = name in conditions.held and is_known_function_of_time(model)
         by_name[name] = _with_torsion(model, built, by_name, time.size, factor, held=held)
     return by_name
 
@@ -207,13 +207,12 @@ def _padded(columns: np.ndarray) -> np.ndarray:
 
 
 def _imposed_motion(model: Model, conditions: Conditions, time: np.ndarray, recorded: Mapping[str, ShaftMotion]):
-    """The motion of the shaft or rotor whose speed is imposed, with that speed."""
-    if conditions.held is None:
-        return {}
-    name = model.gearbox.ends[conditions.held].end
-    speed = model.gearbox.directions[conditions.held] * conditions.speed_of(time)
-    motion = recorded[name]
-    return {name: replace(motion, speed=speed * np.ones(time.size))}
+    """The motions of the shafts or rotors whose speeds are imposed, with these speeds."""
+    motions = {}
+    for name, speed_of in zip(conditions.held, conditions.speeds_of, strict=True):
+        end, speed = model.gearbox.ends[name].end, model.gearbox.directions[name] * speed_of(time)
+        motions[end] = replace(recorded[end], speed=speed * np.ones(time.size))
+    return motions
 
 
 def corrected(rate: np.ndarray, factor: float) -> np.ndarray:

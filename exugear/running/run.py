@@ -106,7 +106,7 @@ def run(
     drives: Mapping[str, Any] | None = None,
     loads: Mapping[str, Any] | None = None,
     duration: float,
-    start_speed: float | None = None,
+    start_speed: float | Mapping[str, float] | None = None,
     initial: Run | None = None,
     stop: Sequence[SpeedReached | Apart] | None = None,
     tolerance: float = 1e-3,
@@ -126,13 +126,16 @@ def run(
                     rotor behind the coupling of the shaft, if there is one
     loads           likewise, against the motion; numbers, functions and arrays stand for a `Torque`
     duration        of the run [s], unless a condition ends it before
-    start_speed     of the driving shaft at the start [rad/s] where no speed is imposed; 0 by default
+    start_speed     of the driving shaft at the start [rad/s] where no speed is imposed; 0 by default. Where a gearbox
+                    leaves several speeds free, also a mapping of shafts to speeds in their senses of motion, as many
+                    as are not imposed; by default they are in their nominal ratio to the imposed ones
     initial         `Run` of the same gearbox from whose end this run goes on; its time starts at 0 again
     stop            conditions that end the run at the first sample where one of them holds: `SpeedReached`, `Apart`
     tolerance, step, sample, sensor_period, progress, checks, power, displacement, executor
                     as for `run_up`; with an executor the run needs an imposed speed and no stop
 
-    A shaft in neither of them is free. At most one speed is imposed; without any the whole train is free to accelerate.
+    A shaft in neither of them is free. At most one speed is imposed, or as many as a gearbox leaves free
+    (`Gearbox(speeds=...)`); with fewer the train, or what they leave free of it, accelerates under the torques.
     The run starts from static equilibrium under the torques at the start and the inertia torques of the acceleration
     that follows from them, or that the imposed speed has.
 
@@ -189,7 +192,7 @@ def run_up(
     power           record where the power goes: powers of drive and load, losses, energies, at every step (0.2 kB a
                     step and mesh); the steps are a third of those by the tolerance, so that `Run.energy_balance` closes
     displacement    keep the displacements of the shafts at their bearings, for orbits: bearing_displacement in the
-                    data (24 bytes a sample and bearing)
+                    data (24 bytes a sample and bearing), with rolling bearings also bearing_tilt, for their life
     executor        any `concurrent.futures.Executor` of processes, over which parts of the run are spread. Parts start
                     early from static equilibrium; where a part is not in the state that arrives (to 1e-6 of the rms),
                     it is integrated again from there until it is, so that the run is the serial one. seam_error in the

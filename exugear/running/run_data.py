@@ -24,6 +24,7 @@ from exugear.multibody.shaft_motion import (
     BearingForces,
     drag_variables,
     driving_speed,
+    mesh_frequencies,
     rows,
     speed_variables,
     torque_variables,
@@ -176,7 +177,7 @@ def labelled(
     forces    of the bearings
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
-    data = _over_time(model, time, driving_speed(model, conditions, time))
+    data = _over_time(model, conditions, time)
     data = data.assign(forces.variables(time.size, conditions.displacement))
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
@@ -193,9 +194,10 @@ def labelled(
     return data.assign_attrs({**conditions.attributes(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
 
 
-def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
+def _over_time(model: Model, conditions: Conditions, time: np.ndarray) -> xr.Dataset:
     """The variables over time."""
-    over, frequency = ("stage", "time"), np.outer(model.mesh_cycles, np.abs(speed))
+    over, speed = ("stage", "time"), driving_speed(model, conditions, time)
+    frequency = mesh_frequencies(model, conditions, time)
     data = xr.Dataset(
         {
             "speed": ("time", speed, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
@@ -257,17 +259,20 @@ def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
 
 
 def scene_attributes(model: Model) -> dict[str, float | str]:
-    """Data of shafts with their parts, of pairs, force laws and frictions, by attribute name."""
+    """Data of shafts with their parts and speeds over that of the driving shaft, of pairs, force laws and frictions."""
     inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
+        inputs[f"{shaft.name}_speed_ratio"] = model.gearbox.ratios[shaft.name]
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
-    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
+    box = model.gearbox
+    for label, stage, phase in zip(box.labels, box.stages, box.phases, strict=True):
         law = stage.force
         numbers = _pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
         numbers |= {"damping_ramp": law.damping_ramp}
         numbers |= {"critical_damping": stage.critical_damping}
-        numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
+        numbers |= {"angle": stage.angle, "phase": phase}
+        numbers |= {"friction": repr(stage.friction.coefficient)} if stage.friction else {}
         numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     if model.gearbox.held:

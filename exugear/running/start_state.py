@@ -29,22 +29,21 @@ def end_state_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.n
         of_run, of_model = [data.attrs.get(f"{label}_{name}", x) for name, x in gears.items()], [*gears.values()]
         unlike = f"initial is a run with a, z = {of_run} in {label!r}, the model has {of_model}"
         require(of_run == of_model, f"{unlike}; continue with the same gears")
-    if conditions.held:
-        direction = model.gearbox.directions[conditions.held]
-        ended_at = direction * float(state[1, end_coordinate(model, conditions.held)])
-        imposed = float(conditions.speed_of(0.0))
-        jump = f"initial ends with shaft {conditions.held!r} at {ended_at:.6g} rad/s, the imposed speed starts at"
-        near = abs(imposed - ended_at) <= LARGEST_JUMP * max(abs(imposed), abs(ended_at))
-        require(near, f"{jump} {imposed:.6g}; let it start there")
+    for imposed, speed_of in zip(conditions.imposed, conditions.speeds_of, strict=True):
+        shaft, direction = imposed.shaft, model.gearbox.directions[imposed.shaft]
+        ended_at, starts_at = direction * float(state[1, end_coordinate(model, shaft)]), float(speed_of(0.0))
+        jump = f"initial ends with shaft {shaft!r} at {ended_at:.6g} rad/s, the imposed speed starts at"
+        near = abs(starts_at - ended_at) <= LARGEST_JUMP * max(abs(starts_at), abs(ended_at))
+        require(near, f"{jump} {starts_at:.6g}; let it start there")
     return state
 
 
 def continued(model: Model, conditions: Conditions, state: np.ndarray) -> Conditions:
     """The conditions of a run that goes on from a state (3, n_coordinates): its shafts keep their angles."""
-    if not conditions.held:
-        return conditions
-    about_z = float(state[0, end_coordinate(model, conditions.held)])
-    return replace(conditions, start_angle=model.gearbox.directions[conditions.held] * about_z)
+    directions = model.gearbox.directions
+    angles = [directions[name] * float(state[0, end_coordinate(model, name)]) for name in conditions.held]
+    imposed = [replace(x, start_angle=angle) for x, angle in zip(conditions.imposed, angles, strict=True)]
+    return replace(conditions, imposed=tuple(imposed))
 
 
 def set_start_state(model: Model, conditions: Conditions, state: np.ndarray | None) -> None:

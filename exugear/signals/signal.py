@@ -19,6 +19,8 @@ from fem.support.validation import require, require_finite
 TIME = {"units": "s", "long_name": "time"}
 MOTION_UNITS = {"speed": "rad/s", "angle": "rad"}
 DRIVING = "driving shaft"
+#: End of the names of attributes of a run that hold the speed of a shaft over that of the driving shaft; least such.
+RATIO, STILL = "_speed_ratio", 1e-12
 MESH_ORDER = {"units": "1", "long_name": "mesh cycles per revolution of the shaft"}
 #: Deviation of a harmonic from a whole number as share of it: orders are rounded to 9 digits.
 WHOLE = 1e-7
@@ -31,25 +33,64 @@ MOST = 1000
 
 
 @checked
-def signal(run, name: str, *, stage: int | str = 0, **labels: str | Sequence[str]) -> xr.DataArray:
-    """A variable of a run as a signal, with the speed and the angle of the driving shaft.
+def signal(
+    run,
+    name: str,
+    *,
+    stage: int | str = 0,
+    turns_of: str | None = None,
+    relative_to: str | None = None,
+    **labels: str | Sequence[str],
+) -> xr.DataArray:
+    """A variable of a run as a signal, with the speed and the angle of the shaft whose turns its orders count.
 
-    run      an `exugear.Run` or its data
-    name     variable over time: "dte", "mesh_force", "bearing_force", ...
-    stage    number or label of the stage: of the variable where it has a value per stage, and of the mesh order
-    labels   coordinates to select, such as bearing="slow at 0 mm", direction="y"; without them all values remain
+    run          an `exugear.Run` or its data
+    name         variable over time: "dte", "mesh_force", "bearing_force", ...
+    stage        number or label of the stage: of the variable where it has a value per stage, and of the mesh order
+    turns_of     name of the shaft whose turns orders count; by default the driving shaft
+    relative_to  name of the shaft against which it turns, by default the housing: of a planetary set
+                 turns_of="carrier", relative_to="ring" are the orders that the ring sees, mesh orders at multiples of
+                 its number of teeth, whichever member is held
+    labels       coordinates to select, such as bearing="slow at 0 mm", direction="y"; without them all values remain
 
-    Returns a DataArray (..., time) with the coordinates time [s], speed [rad/s] and angle [rad] of the driving shaft
-    over time, and mesh_order, the mesh cycles of the stage per revolution of the driving shaft. Orders count the
-    revolutions of the driving shaft. Raises ValueError for variables and labels that the run does not have.
+    Returns a DataArray (..., time) with the coordinates time [s], speed [rad/s] and angle [rad] of that shaft over
+    time, and mesh_order, the mesh cycles of the stage per revolution of it. Raises ValueError for variables, labels and
+    shafts that the run does not have, and for shafts that do not turn against each other.
     """
     data = stage_data(run, stage)
     over_time = [str(key) for key, values in data.data_vars.items() if "time" in values.dims]
     require(name in over_time, f"name must be a variable over time of the run, {over_time}, got {name!r}")
     values = _selected(data[name], labels).transpose(..., "time")
-    shaft = speed_and_angle(data["time"].values, data["speed"].values, DRIVING)
+    speed, words = reference_speed(data, turns_of, relative_to)
+    shaft = speed_and_angle(data["time"].values, speed, words)
     of_others = [str(key) for key in values.coords if key not in data[name].dims]
-    return values.drop_vars(of_others).assign_coords(shaft | _mesh_order_coordinate(run, data))
+    return values.drop_vars(of_others).assign_coords(shaft | _mesh_order_coordinate(run, data, speed))
+
+
+def reference_speed(data: xr.Dataset, turns_of: str | None, relative_to: str | None) -> tuple[np.ndarray, str]:
+    """(n,) speed about z of a shaft against another one [rad/s], and words for it; by default of the driving shaft.
+
+    By the ratios of the teeth, so that vibrations do not turn the angle of reference.
+    """
+    if turns_of is None:
+        alone = f"relative_to={relative_to!r} needs turns_of, the shaft whose turns against it are counted"
+        require(relative_to is None, alone)
+        return data["speed"].values, DRIVING
+    speed, words = speed_of_shaft(data, "turns_of", turns_of), turns_of
+    if relative_to is not None:
+        speed, words = speed - speed_of_shaft(data, "relative_to", relative_to), f"{turns_of} relative to {relative_to}"
+    still = np.abs(speed).max() <= STILL * np.abs(data["speed"].values).max()
+    require(not still, f"turns_of={turns_of!r}, relative_to={relative_to!r}: the {words} does not turn; name another")
+    return speed, words
+
+
+def speed_of_shaft(data: xr.Dataset, argument: str, shaft: str) -> np.ndarray:
+    """(n,) speed of a shaft of a run about z [rad/s]; ValueError for a name that is none."""
+    ratios = {name.removesuffix(RATIO): x for name, x in data.attrs.items() if name.endswith(RATIO)}
+    older = "the run is of an older version, which kept no speed ratios; run it again, or leave turns_of out"
+    require(bool(ratios), older)
+    require(shaft in ratios, f"{argument} must be one of the shafts {[*ratios]}, got {shaft!r}")
+    return float(ratios[shaft]) * data["speed"].values
 
 
 def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
@@ -65,12 +106,15 @@ def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
     return values.sel(labels)
 
 
-def _mesh_order_coordinate(run, data: xr.Dataset) -> dict[str, tuple]:
-    """The mesh order of the data of a stage, with those of all stages of the run by their labels in its attributes."""
+def _mesh_order_coordinate(run, data: xr.Dataset, speed: np.ndarray) -> dict[str, tuple]:
+    """The mesh order of the data of a stage, with those of all stages of the run by their labels in its attributes.
+
+    speed   (n,) of the shaft whose revolutions orders count [rad/s]
+    """
     whole = run if isinstance(run, xr.Dataset) else run.data
     labels = [str(label) for label in whole["stage"].values]
-    of_stages = {label: mesh_order(whole.isel(stage=number)) for number, label in enumerate(labels)}
-    return {"mesh_order": ((), mesh_order(data), MESH_ORDER | {"of_stages": json.dumps(of_stages)})}
+    of_stages = {label: mesh_order(whole.isel(stage=number), speed) for number, label in enumerate(labels)}
+    return {"mesh_order": ((), mesh_order(data, speed), MESH_ORDER | {"of_stages": json.dumps(of_stages)})}
 
 
 def order_names(signal: xr.DataArray, orders: np.ndarray) -> list[str]:
@@ -87,27 +131,41 @@ def _order_name(order: float, of_stages: dict[str, float]) -> str:
     return names or f"order {order:.6g}"
 
 
-def mesh_order(data: xr.Dataset) -> float:
-    """Mesh cycles of a stage per revolution of the driving shaft; NaN for a shaft at rest."""
-    speed = float(np.abs(data["speed"]).max())
+def mesh_order(data: xr.Dataset, reference: np.ndarray | None = None) -> float:
+    """Mesh cycles of a stage per revolution of the driving shaft; NaN for a shaft at rest.
+
+    reference   (n,) speed of another shaft [rad/s] whose revolutions count instead
+    """
+    speed = float(np.abs(data["speed"].values if reference is None else reference).max())
     cycles = 2 * np.pi * float(data["mesh_frequency"].max()) / speed if speed > 0 else np.nan
     return round(cycles, 9)
 
 
 @checked
-def mesh_orders(run, stage: int | str = 0, *, harmonics: int = 3, side_bands: int = 0) -> np.ndarray:
+def mesh_orders(
+    run,
+    stage: int | str = 0,
+    *,
+    harmonics: int = 3,
+    side_bands: int = 0,
+    turns_of: str | None = None,
+    relative_to: str | None = None,
+) -> np.ndarray:
     """Orders of the driving shaft at which a stage excites vibrations: mesh harmonics and their side bands.
 
     run           an `exugear.Run` or its data
     harmonics     number of mesh harmonics
     side_bands    number of side bands on either side of each, at multiples of the orders of the stage's two shafts
+                  against their carrier
+    turns_of, relative_to
+                  shafts whose turns orders count instead of those of the driving shaft, as in `exugear.signal`
 
     Returns the distinct orders, rising. Raises ValueError for a shaft at rest and for numbers out of range.
     """
     require(1 <= harmonics <= MOST, f"harmonics must lie in [1, {MOST}], got {harmonics}")
     require(0 <= side_bands <= MOST, f"side_bands must lie in [0, {MOST}], got {side_bands}")
     data = stage_data(run, stage)
-    mesh = mesh_order(data)
+    mesh = mesh_order(data, reference_speed(data, turns_of, relative_to)[0])
     require(mesh > 0, "run must turn its shafts, its speed is 0 throughout; pass a run at speed")
     mean = mesh * np.arange(1, harmonics + 1)
     label = data["stage"].item()
@@ -141,7 +199,15 @@ def recorded_signal(
 
 @checked
 def sensor_signal(
-    run, stored: Numbers, component: int = 0, *, units: str = "1", long_name: str = "sensor", stage: int | str = 0
+    run,
+    stored: Numbers,
+    component: int = 0,
+    *,
+    units: str = "1",
+    long_name: str = "sensor",
+    stage: int | str = 0,
+    turns_of: str | None = None,
+    relative_to: str | None = None,
 ) -> xr.DataArray:
     """A signal from a sensor of Exudyn that has recorded during a run, such as the acceleration of a point of a body.
 
@@ -151,6 +217,8 @@ def sensor_signal(
     units        of the values
     long_name    of the values, for the axes of plots
     stage        number or label of the stage whose mesh order the signal has
+    turns_of, relative_to
+                 shafts whose turns orders count, as in `signal`
 
     Returns a DataArray (time,) with the coordinates of `signal`. Raises ValueError for components that are not stored.
     """
@@ -163,10 +231,11 @@ def sensor_signal(
     sample, end = np.diff(data["time"].values).max(initial=0.0), float(data["time"][-1])
     longer = f"stored must be of the run, which ends at {end:g} s, got times up to {time[-1]:g} s"
     require(time[-1] <= end + sample, f"{longer}; pass what the sensor recorded in this run")
-    speed = np.interp(time, data["time"].values, data["speed"].values)
+    of_reference, words = reference_speed(data, turns_of, relative_to)
+    speed = np.interp(time, data["time"].values, of_reference)
     values = recorded_signal(time, speed, stored[first, 1 + component], units=units, long_name=long_name)
-    coordinates = speed_and_angle(time, speed, DRIVING)
-    return values.assign_coords(coordinates | _mesh_order_coordinate(run, data))
+    coordinates = speed_and_angle(time, speed, words)
+    return values.assign_coords(coordinates | _mesh_order_coordinate(run, data, of_reference))
 
 
 def speed_and_angle(time: np.ndarray, speed: np.ndarray, shaft: str = "shaft") -> dict[str, tuple]:

@@ -10,11 +10,12 @@ import numpy as np
 
 from fem.elasticity.flank_compliance import Compliance
 from fem.elasticity.half_space import between_segments
+from fem.elasticity.rim_bending import RimModes
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 
 class CompiledCompliance(NamedTuple):
-    """`Compliance` of a gear for compiled code, without its symmetry."""
+    """`Compliance` of a gear for compiled code, without its symmetry; of a rim that is clamped without modes."""
 
     arcs: np.ndarray
     axial: np.ndarray
@@ -22,6 +23,7 @@ class CompiledCompliance(NamedTuple):
     blocks: np.ndarray
     slide: np.ndarray
     pitches: float
+    rim: RimModes
 
 
 class Weights(NamedTuple):
@@ -37,11 +39,16 @@ class Weights(NamedTuple):
     along: np.ndarray
 
 
-def compiled_compliance(compliance: Compliance) -> CompiledCompliance:
-    """The compliance as contiguous arrays."""
+#: Modes of a rim that is clamped: none.
+CLAMPED = RimModes(0, np.zeros((0, 1, 1, 1)), np.zeros((0, 1, 1, 1)))
+
+
+def compiled_compliance(compliance: Compliance, angle: float, teeth: range) -> CompiledCompliance:
+    """The compliance of teeth as contiguous arrays; tooth 0 of a ring is at an angle on its supports [rad]."""
     arrays = (np.ascontiguousarray(getattr(compliance, name)) for name in ("arcs", "axial", "blocks", "slide"))
     arcs, axial, blocks, slide = arrays
-    return CompiledCompliance(arcs, axial, float(compliance.end), blocks, slide, float(compliance.pitches))
+    rim = CLAMPED if compliance.rim is None else compliance.rim.modes(angle, teeth)
+    return CompiledCompliance(arcs, axial, float(compliance.end), blocks, slide, float(compliance.pitches), rim)
 
 
 @unchecked
@@ -137,6 +144,25 @@ def _add_body(body, side, number, m, weights, tilts, total):
 
 
 @unchecked
+def _add_rim(rim, side, number, m, weights, tilts, total):
+    """Add the lower triangle of the displacement by the bending of a rim, as `_add_body` that of the clamped gear."""
+    moved = np.zeros((len(total), len(rim.normal)))
+    for p in range(len(total)):
+        first, n, hat = weights.bounds[p]
+        tooth = number[p // m] * (1 - 2 * side) - rim.first
+        for y in range(n):
+            for h in range(2):
+                weight = weights.across[p, y] * weights.along[p, h]
+                for k in range(len(rim.normal)):
+                    normal, along = rim.normal[k, tooth, first + y, hat + h], rim.along[k, tooth, first + y, hat + h]
+                    moved[p, k] += weight * (normal - tilts[p] * along)
+    for p in range(len(total)):
+        for q in range(p + 1):
+            for k in range(len(rim.normal)):
+                total[p, q] += moved[p, k] * moved[q, k]
+
+
+@unchecked
 def _hats_between(weights, first, last):
     """First of the hats along the profile at points from the first to the last, and the one after the last hat."""
     low, high = weights.bounds[first, 2], weights.bounds[first, 2]
@@ -160,6 +186,8 @@ def _runs(number):
 def smooth_compliance(mesh, bodies, mirrored, slices, depth, arcs, tilts):
     """(n m, n m) displacement between the flanks per force at arcs (2, n, m) [m], beside half-planes [m/N].
 
+    That by the bending of a rim is always between all teeth.
+
     mirrored    whether the other half of the face carries the mirror image
     slices      number, low and high (n,): those of a tooth pair adjoin, from low to high
     depth       depth at which the half-planes are clamped [m]
@@ -167,14 +195,16 @@ def smooth_compliance(mesh, bodies, mirrored, slices, depth, arcs, tilts):
     """
     number, low, high = slices
     n, m = arcs.shape[1:]
-    total = np.zeros((n * m, n * m))
+    total, bending = np.zeros((n * m, n * m)), np.zeros((n * m, n * m))
     for side in range(2):
-        shift = mesh.gears[side].axial
+        shift, tilt = mesh.gears[side].axial, tilts[side].copy().reshape(n * m)
         weights = _weights_of(bodies[side], low - shift, high - shift, arcs[side])
-        _add_body(bodies[side], side, number, m, weights, tilts[side].copy().reshape(n * m), total)
+        _add_body(bodies[side], side, number, m, weights, tilt, total)
+        if len(bodies[side].rim.normal):
+            _add_rim(bodies[side].rim, side, number, m, weights, tilt, bending)
     for i in range(n * m):
         for j in range(i + 1):
-            total[i, j] = (total[i, j] + total[j, i]) / 2
+            total[i, j] = (total[i, j] + total[j, i]) / 2 + bending[i, j]
             total[j, i] = total[i, j]
     _add_half_planes(mesh, bodies, mirrored, slices, depth, total)
     return total

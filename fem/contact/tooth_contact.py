@@ -49,7 +49,11 @@ class ToothContact:
     @cached_property
     def bodies(self) -> Compliances:
         """Compliances of pinion and wheel for compiled code."""
-        return compiled_compliance(self.pinion), compiled_compliance(self.wheel)
+        numbers = self.position.numbers()
+        pinion = compiled_compliance(self.pinion, 0.0, numbers)
+        return pinion, compiled_compliance(
+            self.wheel, self.position.tooth_angle, range(1 - numbers.stop, 1 - numbers.start)
+        )
 
     @cached_property
     def slicing(self) -> FaceSlicing:

@@ -24,6 +24,8 @@ from fem.elasticity.half_space import half_space
 from fem.elasticity.hat_functions import hat, hats, overlap, spread, values_of_means
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism, flank_displacements
+from fem.elasticity.rim_bending import RimBending, rim_bending
+from fem.elasticity.rim_harmonics import rim_harmonics
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
 from fem.support.blas_threads import one_thread, side_by_side
@@ -33,8 +35,8 @@ from fem.support.representation import exact
 
 #: Parts of the section that bend, and how much finer they are in the section from which the bending is corrected.
 BENDING_PARTS, FINER = ("tooth", "fillet", "rim", "body"), 2
-#: Kinds of solutions in the cache: of the section, and of the solid from end face to end face.
-NEAR, WHOLE = "near field", WholeFace.name
+#: Kinds of solutions in the cache: of the section, of the solid from end face to end face, of a rim that bends.
+NEAR, WHOLE, RIM = "near field", WholeFace.name, "rim"
 #: Loads on the whole width of a spur gear are sums of equal and of opposite ones on its halves.
 HALVES = HalfFace(), HalfFace(antisymmetric=True)
 #: Order that the quadrature of flank loads integrates exactly: quadratic shape functions times hats and their slope.
@@ -55,6 +57,7 @@ class Compliance:
                 -behind on
     face        modelled part of the face width; if it is half of it, the same forces act on the other half
     pitches     largest distance in pitches at which a loaded tooth deflects another tooth
+    rim         what the bending of a supported rim adds to that of the clamped gear; None where it is clamped
     """
 
     arcs: np.ndarray
@@ -64,6 +67,7 @@ class Compliance:
     slide: np.ndarray
     face: Face
     pitches: float = inf
+    rim: RimBending | None = None
 
 
 class Computation(NamedTuple):
@@ -74,7 +78,7 @@ class Computation(NamedTuple):
 
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
-    """Compliance of the gear clamped at its bore or outer rim, from the cache where it was computed before.
+    """Compliance of the gear clamped at its bore or outer rim, or with its rim on supports; kept in the cache.
 
     loaded      width of the part of the face that can carry load, in its middle [m]
     whole       whether to model the whole face, for loads that differ on its halves; always done for helical gears
@@ -105,6 +109,8 @@ def _computations(gear: Gear, density: Density, loaded: float, whole: bool) -> d
     computations = {NEAR: Computation(names[NEAR], partial(section_corrections, body, replace(density, width=1)))}
     for face in _solved(gear, whole):
         computations[face.name] = Computation(names[face.name], partial(solid, body, density, loaded, face))
+    if gear.support:
+        computations[RIM] = Computation(names[RIM], partial(free_ring, body, density, loaded))
     return computations
 
 
@@ -120,7 +126,20 @@ def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, store: 
     with one_thread():
         values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True, order="C")
     normal, tangential = values[: density.teeth + 1], values[density.teeth + 1 :]
-    return Compliance(arcs, axial, gear.b / 2, normal, tangential, face)
+    rim = supported_rim(gear, upper, across, along, face, solved[RIM]) if gear.support else None
+    return Compliance(arcs, axial, gear.b / 2, normal, tangential, face, rim=rim)
+
+
+def supported_rim(
+    gear: Gear, upper: np.ndarray, across: np.ndarray, along: np.ndarray, face: Face, harmonics: Arrays
+) -> RimBending:
+    """Bending of the rim of a ring over the face whose hats have values at their tops by across and along."""
+    flank = harmonics["flank"].reshape(-1, 2, 2, harmonics["flank"].shape[2] // (2 * along.shape[1]), along.shape[1])
+    if flank.shape[3] < len(across):
+        flank = np.concatenate([flank[:, :, :, :0:-1], flank], axis=3)
+    flank = flank[:, :, :, :: int(copysign(1, gear.beta))]
+    values = np.einsum("yi,ncvij,hj->ncvyh", across, flank, along, optimize=True)
+    return rim_bending(harmonics, values, gear.support, abs(gear.r_clamp), face.share, abs(gear.z))
 
 
 def lines_across(gear: Gear, density: Density, loaded: float) -> tuple[np.ndarray, MeshLine]:
@@ -131,7 +150,10 @@ def lines_across(gear: Gear, density: Density, loaded: float) -> tuple[np.ndarra
 
 def mean_compliance(gear: Gear, upper: np.ndarray, whole: bool, solved: dict[str, Arrays]) -> np.ndarray:
     """(n_virtual, n_axial, n_hat, n_axial, n_hat) mean displacements over hats per force on tooth 0 [m/N]."""
-    means = [corrected(gear, upper, solved[half.name]["blocks"], solved[NEAR], half) for half in _solved(gear, whole)]
+    solids = {half.name: solved[half.name]["blocks"] for half in _solved(gear, whole)}
+    if gear.support:
+        solids[_solved(gear, whole)[0].name] = solids[_solved(gear, whole)[0].name] + solved[RIM]["free"]
+    means = [corrected(gear, upper, solids[half.name], solved[NEAR], half) for half in _solved(gear, whole)]
     if gear.beta:
         hand = int(copysign(1, gear.beta))
         return means[0][:, ::hand, :, ::hand]
@@ -139,15 +161,16 @@ def mean_compliance(gear: Gear, upper: np.ndarray, whole: bool, solved: dict[str
 
 
 def bare(gear: Gear) -> Gear:
-    """The gear whose finite elements stand for this one: right-hand, its flanks unmodified."""
-    return replace(gear, flank=(), beta=abs(gear.beta))
+    """The gear whose finite elements stand for this one: right-hand, its flanks unmodified, without supports."""
+    return replace(gear, flank=(), beta=abs(gear.beta), support=())
 
 
 def solutions(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> dict[str, str]:
-    """Cache names of the solutions that `flank_compliance` needs: the section, and a solid for each modelled face."""
+    """Cache names of the solutions that `flank_compliance` needs: section, solid for each modelled face, free ring."""
     body, section, stamp = exact(bare(gear)), exact(replace(density, width=1)), _stamp()
     solids = {face.name: f"solid {stamp} {body} {exact(density)} {loaded} {face.name}" for face in _solved(gear, whole)}
-    return {NEAR: f"near field {stamp} {body} {section}"} | solids
+    rim = {RIM: f"free ring {stamp} {body} {exact(density)} {loaded}"} if gear.support else {}
+    return {NEAR: f"near field {stamp} {body} {section}"} | solids | rim
 
 
 @cache
@@ -259,11 +282,25 @@ def solid(gear: Gear, density: Density, loaded: float, face: Face) -> Arrays:
 
     Normal to the flanks of teeth from 0 on, then along the profiles of teeth from -behind on.
     """
-    arcs, (upper, line) = section_mesh.flank_hats(gear, density), lines_across(gear, density, loaded)
-    axial, across = face.positions(upper), Basis(MeshLine(face.positions(np.sort(line.p[0]))), ElementLineP2())
-    prism = Prism(gear, across, axial_loads(across, axial), face)
+    arcs, (prism, axial) = section_mesh.flank_hats(gear, density), _prism(gear, density, loaded, face)
     u = flank_displacements(prism, density.paired(), partial(flank_forces, gear=gear, arcs=arcs))
     return {"blocks": u.reshape(len(u), axial.size, arcs.size, axial.size, arcs.size)}
+
+
+def free_ring(gear: Gear, density: Density, loaded: float) -> Arrays:
+    """`rim_harmonics` of the solid, "free" over the same axes as "blocks" of `solid`."""
+    arcs, face = section_mesh.flank_hats(gear, density), _solved(gear, whole=False)[0]
+    prism, axial = _prism(gear, density, loaded, face)
+    free = replace(prism, clamped=False)
+    arrays = rim_harmonics(free, density.paired(), partial(flank_forces, gear=gear, arcs=arcs))
+    return arrays | {"free": arrays["free"].reshape(-1, axial.size, arcs.size, axial.size, arcs.size)}
+
+
+def _prism(gear: Gear, density: Density, loaded: float, face: Face) -> tuple[Prism, np.ndarray]:
+    """The solid of a face, clamped, and the axial positions of the tops of its hats [m]."""
+    upper, line = lines_across(gear, density, loaded)
+    axial, across = face.positions(upper), Basis(MeshLine(face.positions(np.sort(line.p[0]))), ElementLineP2())
+    return Prism(gear, across, axial_loads(across, axial), face), axial
 
 
 def axial_loads(across: Basis, axial: np.ndarray) -> np.ndarray:

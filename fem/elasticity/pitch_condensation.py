@@ -36,14 +36,16 @@ FlankForces = Callable[[Basis], np.ndarray]
 class Prism:
     """The gear along its axis.
 
-    axis    finite elements along the axis; None: all sections deform alike
-    spread  (n_axis, n_spread) distributions of unit forces over the dofs of the axis
+    axis        finite elements along the axis; None: all sections deform alike
+    spread      (n_axis, n_spread) distributions of unit forces over the dofs of the axis
+    clamped     whether the gear is clamped at its bore or its outer rim
     """
 
     gear: Gear
     axis: Basis | None
     spread: np.ndarray
     face: Face
+    clamped: bool = True
 
     def stiffness(self, section: Basis) -> tuple[KroneckerMatrix, np.ndarray]:
         """Stiffness over the free unknowns, and which (components, n_section, n_axis) are free."""
@@ -53,7 +55,7 @@ class Prism:
         else:
             matrix = extruded_elasticity.stiffness(section, self.axis, gear.material, gear.twist)
             points = extruded_elasticity.points(section, self.axis)
-        held = section_mesh.on_hub(gear, section).reshape(-1, *[1] * (points.ndim - 2))
+        held = (section_mesh.on_hub(gear, section) & self.clamped).reshape(-1, *[1] * (points.ndim - 2))
         free = ~clamped(gear, held, points, matrix.unknowns.shape[1] // len(self.spread), self.face)
         return matrix.part(free.ravel()), free.reshape(len(free), section.N, -1)
 
@@ -95,17 +97,25 @@ def flank_displacements(prism: Prism, density: Density, forces: FlankForces) -> 
     return np.stack(normal + [displacement(tooth, slice(n_load, None)) for tooth in (*behind, *ahead)])
 
 
+def pitch_section(gear: Gear, density: Density) -> Basis:
+    """Quadratic elements of the section of the pitch of tooth 0."""
+    return Basis(section_mesh.mesh_of(gear, section_mesh.pitch_blocks(gear, density)), ElementQuad2())
+
+
 def loaded_pitch(prism: Prism, density: Density, forces: FlankForces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pitch of tooth 0 without its flank: stiffness over its lines, forces on the lines, displacements of the flank.
 
     The forces (2 n, 2 n_load) act on the lines instead of those on the flank, into it and along the profile; the
-    displacements (2 n_load, n_load) are those under loads into the flank while the lines are held.
+    displacements (2 n_load, n_load) are those under loads into the flank while the lines are held. A rim that is not
+    clamped follows the lines, its unknowns along fixed axes.
     """
     blocks, half = section_mesh.pitch_blocks(prism.gear, density), pi / prism.gear.z
-    section = Basis(section_mesh.mesh_of(prism.gear, blocks), ElementQuad2())
+    section = pitch_section(prism.gear, density)
     by_hat = forces(section)
+    rim = np.flatnonzero(section_mesh.on_hub(prism.gear, section) & (not prism.clamped))
     flank = np.flatnonzero(by_hat[0].any(axis=(0, 2)))
-    stiffness, free = condensed(prism, section, section_mesh.tiles(blocks, TILE), (-half, half), flank)
+    kept = np.concatenate([rim, flank])
+    stiffness, free = condensed(prism, section, section_mesh.tiles(blocks, TILE), (-half, half), kept)
     acting = [_spread_out(prism, force[: len(free), flank], free) for force in by_hat]
     n = len(stiffness) - len(acting[0])
     lower, reduced = np.asfortranarray(stiffness[n:, n:]), np.asfortranarray(np.hstack([stiffness[n:, :n], *acting]))
@@ -129,19 +139,20 @@ def toothless_rest(prism: Prism, density: Density) -> list[np.ndarray]:
     return [mirrored(clockwise, prism.mirror(free)), clockwise]
 
 
-def condensed(prism: Prism, section: Basis, tiles: np.ndarray, angles: tuple[float, float], flank: np.ndarray):
-    """Stiffness of a part of the section over its lines and its flank, after elimination of all other unknowns.
+def condensed(prism: Prism, section: Basis, tiles: np.ndarray, angles: tuple[float, float], further: np.ndarray):
+    """Stiffness of a part of the section over its lines and further dofs, after elimination of all other unknowns.
 
     tiles       (n_element,) numbers of tiles
-    angles      of the lines, counter-clockwise from the middle of tooth 0 [rad]
-    flank       (n,) dofs of the section
+    angles      of the lines, counter-clockwise from the middle of tooth 0 [rad]; they end at the bore or the outer rim
+    further     (n,) dofs of the section
 
     Also (components, n_axis): which displacements of a node are unknowns.
     """
     matrix, free = prism.stiffness(section)
     of_section, of_node = np.any(free, axis=(0, 2)), np.any(free, axis=1)
-    lines = [radial_line(prism.gear, section, of_section, angle) for angle in angles]
-    nodes = np.concatenate([*lines, flank])
+    inside = of_section & ~section_mesh.on_hub(prism.gear, section)
+    lines = [radial_line(prism.gear, section, inside, angle) for angle in angles]
+    nodes = np.concatenate([*lines, further])
     kept = matrix.unknowns[(np.cumsum(of_section) - 1)[nodes]].ravel()
     blocks = _in_tiles(matrix, tile_groups(section, tiles, nodes)[of_section]) if prism.axis is None else matrix
     stiffness = schur_complement(blocks, kept)

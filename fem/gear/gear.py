@@ -14,6 +14,7 @@ from fem.gear.inspection import Teeth, measures
 from fem.gear.involute import involute
 from fem.gear.material import STEEL, Inertia, Material, cylinder
 from fem.gear.pinion_cutter import CutterTrochoid, Generation, PinionCutter
+from fem.gear.rim_support import Support, check_supports, supports_of
 from fem.gear.tooth_root import Arc, Trochoid
 from fem.microgeometry import flank as flanks
 from fem.microgeometry.flank import Flank, Sides
@@ -39,7 +40,8 @@ class Gear:
     b           face width
     d_bore      diameter where the body of an external gear is clamped: the bore on a stiff shaft, or the inside of the
                 rim on a web
-    d_rim       outer diameter of the rim of an internal gear, where it is clamped
+    d_rim       outer diameter of the rim of an internal gear, where it is clamped, or held by its support
+    support     of the rim: `fem.Bolts`, `fem.Bush`, or several of them; by default it is clamped
     alpha_n     normal pressure angle
     beta        helix angle at the reference circle, > 0 right-hand, also of an internal gear
     x           profile shift coefficient, limited above by pointed teeth, below by undercut; by default from s_n, or 0;
@@ -76,6 +78,7 @@ class Gear:
     cutter: PinionCutter | None = None
     material: Material = field(default=STEEL)
     flank: Flank | Sides = ()
+    support: tuple[Support, ...] = ()
 
     def __post_init__(self, h_fP: float | None):
         as_floats(self)
@@ -85,6 +88,8 @@ class Gear:
         limits.check_sizes(self)
         limits.check_tip(self)
         limits.check_root(self)
+        if self.support:
+            check_supports(self.support, abs(self.r_clamp))
         for side in (self.drive_flank, self.coast_flank):
             flanks.check(side, self.face)
 
@@ -94,6 +99,7 @@ class Gear:
         require(5 <= abs(z) < 1e4 and z == int(z), f"{whole}, got {self.z}")
         set_fields(self, z=int(z))
         require(isinstance(self.material, Material), f"{steel}, got {self.material!r}")
+        set_fields(self, support=supports_of(self.support))
         limits.check_body_and_tools(self)
         for name in ("d_rim", "d_a", "d_f") if self.internal else ():
             if getattr(self, name) is not None:

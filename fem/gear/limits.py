@@ -33,6 +33,8 @@ def check_body_and_tools(gear) -> None:
         require(gear.d_rim is None, f"{outside}; pass z={-gear.z}, or d_bore")
         cut = f"cutter generates internal gears, with z < 0, got {gear.cutter} of z = {gear.z}"
         require(gear.cutter is None, f"{cut}; the root of an external gear is that of a rack (rho_f) or a fillet")
+        held = f"support holds the rim of an internal gear, with z < 0, got {gear.support} of z = {gear.z}"
+        require(not gear.support, f"{held}; an external gear is clamped at d_bore")
         return
     rim = f"d_rim must be given, the outer diameter of an internal gear where its rim is clamped, got z = {gear.z}"
     require(gear.d_rim is not None, f"{rim} without it")

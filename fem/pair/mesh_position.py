@@ -8,7 +8,7 @@ behind by te / (2 r_b2), so that results do not depend on which gear is called t
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil, floor, tan
+from math import ceil, floor, pi, tan
 
 from fem.pair.pair import GearPair
 from fem.pair.path_of_contact import PathOfContact
@@ -21,12 +21,15 @@ class MeshPosition:
     a           working centre distance [m]
     axial       axial position of the wheel's mid-plane [m]
     phase       position in the mesh cycle
+    ring_angle  position of the mesh on a ring, which grows by a pitch with each pitch of the phase [rad]; None: 2 pi
+                phase / |z|, as the phase counts from tooth 0 of the ring on
     """
 
     pair: GearPair
     a: float
     axial: float
     phase: float
+    ring_angle: float | None = None
 
     @cached_property
     def path(self) -> PathOfContact:
@@ -37,6 +40,11 @@ class MeshPosition:
     def alpha(self) -> float:
         """Working transverse pressure angle [rad]."""
         return self.path.alpha_wt
+
+    @property
+    def tooth_angle(self) -> float:
+        """Angle of the middle of the tooth of a ring in tooth pair 0 from the angle 0 of its supports [rad]."""
+        return 0.0 if self.ring_angle is None else self.ring_angle - 2 * pi * self.phase / abs(self.pair.wheel.z)
 
     @property
     def face(self) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 """The mirror image of a pair in the plane of its axes, whose left flanks are the right flanks of the pair."""
 
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 
@@ -16,9 +17,9 @@ def mirror_image(pair: GearPair) -> GearPair:
     """The pair mirrored in the plane of its axes, whose left flanks are the right flanks of the pair.
 
     Left and right flanks change places, and the hand of the helix and the sense of rotation change their signs; axial
-    positions stay. Its phase is `GearPair.back_phase` minus that of the pair, its `Offsets.f_sigma_beta` has the other
-    sign. Tooth k of the mirrored pinion is tooth -k of the pinion, tooth k of the mirrored wheel tooth 1 - k of the
-    wheel. A map under torques < 0 is solved with it.
+    positions stay. Its phase is `GearPair.back_phase` minus that of the pair, its ring angle 2 pi `back_phase` / |z|
+    minus that of the pair, its `Offsets.f_sigma_beta` has the other sign. Tooth k of the mirrored pinion is tooth -k of
+    the pinion, tooth k of the mirrored wheel tooth 1 - k of the wheel. A map under torques < 0 is solved with it.
     """
     return GearPair(_mirrored(pair.pinion, 0), _mirrored(pair.wheel, 1), a=pair.a)
 
@@ -26,7 +27,8 @@ def mirror_image(pair: GearPair) -> GearPair:
 def _mirrored(gear: Gear, first: int) -> Gear:
     """The mirror image of a gear, whose tooth k is tooth first - k of the gear."""
     left, right = (tuple(_renumbered(part, first) for part in side) for side in (gear.coast_flank, gear.drive_flank))
-    return replace(gear, beta=-gear.beta, flank=left if left == right else Sides(left, right))
+    support = tuple(part.mirrored(2 * pi * first / abs(gear.z)) for part in gear.support)
+    return replace(gear, beta=-gear.beta, flank=left if left == right else Sides(left, right), support=support)
 
 
 def _renumbered(part, first: int):

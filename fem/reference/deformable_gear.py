@@ -13,13 +13,14 @@ from skfem.element import Element
 from fem.elasticity import extrusion, section_mesh
 from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace, clamped
 from fem.elasticity.mesh_density import Density
+from fem.elasticity.rim_springs import rim_springs
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
 from fem.linalg.direct_solver import Solve, factorize
 from fem.microgeometry.flank import edges, removed
 from fem.pair.pair import GearPair
 from fem.reference.deformed_flank import Flank, WidthQuadrature, gauss_width, plane_strain_width
-from fem.reference.st_venant_kirchhoff import Solid, lumped_mass, solid_on_basis, stiffness
+from fem.reference.st_venant_kirchhoff import Solid, internal_force, lumped_mass, solid_on_basis, stiffness
 
 #: Loaded teeth touch up to this share of a pitch before and after the path of contact of rigid gears.
 EARLY_CONTACT = 1 / 4
@@ -41,6 +42,7 @@ class DeformableGear:
     free        (n_free,) flat numbers of the displacements that are not clamped
     flanks      flanks of the teeth that may touch, by the number of the tooth
     toothless   number of pitches that the mesh ends at the root circle
+    springs     (n_spring, n) matrix B of the supports of a rim, whose stiffness is B^T B; None where it is clamped
     """
 
     face: Face
@@ -49,6 +51,14 @@ class DeformableGear:
     free: np.ndarray
     flanks: dict[int, Flank]
     toothless: int
+    springs: sp.csr_matrix | None = None
+
+    def internal_force(self, u: np.ndarray) -> np.ndarray:
+        """Forces (n_dofs, dim) [N] by which the solid and the supports of its rim resist displacements u."""
+        force = internal_force(self.solid, u)
+        if self.springs is None:
+            return force
+        return force + (self.springs.T @ (self.springs @ u.ravel())).reshape(u.shape)
 
     def undeformed(self) -> np.ndarray:
         """(n_dofs, dim) displacements 0."""
@@ -59,6 +69,8 @@ class DeformableGear:
         dim = self.solid.positions.shape[1]
         diagonal = np.repeat(mass + np.zeros(len(self.solid.positions)), dim)
         matrix = (stiffness(self.solid) + sp.diags_array(diagonal)).tocsr()
+        if self.springs is not None:
+            matrix = (matrix + self.springs.T @ self.springs).tocsr()
         solve_free = factorize(matrix[self.free][:, self.free], self.columns[self.free // dim] if dim == 3 else None)
 
         def solve(force: np.ndarray) -> np.ndarray:
@@ -105,7 +117,8 @@ class DeformableGear:
 
 
 def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[DeformableGear, DeformableGear]:
-    """Pinion and wheel with the densities from `with_edges`; equal gears share their solid."""
+    """Pinion and wheel with the densities from `with_edges`; equal gears share their solid, a ring on supports has all
+    its teeth."""
     last, symmetric = last_tooth_in_contact(pair), all(map(symmetric_about_mid_plane, (pair.pinion, pair.wheel)))
     face = HalfFace() if symmetric and element.dim == 3 else WholeFace()
     density = density.with_teeth(max(density.teeth, last), max(density.behind, last))
@@ -114,7 +127,8 @@ def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[De
     pinion = with_density(pair.pinion, densities[0])
     if densities[0] == densities[1] and replace(pair.wheel, flank=()) == replace(pair.pinion, flank=()):
         return pinion, pinion.with_flanks_of(pair.wheel)
-    return pinion, with_density(pair.wheel, densities[1])
+    of_wheel = densities[1].with_teeth(abs(pair.wheel.z), behind=0) if pair.wheel.support else densities[1]
+    return pinion, with_density(pair.wheel, of_wheel)
 
 
 def tooth_inertia(gear: Gear) -> float:
@@ -189,10 +203,16 @@ def discretized(
     columns = section_dofs(section, solid.positions, gear.twist)
     stacks = np.lexsort((*solid.positions.T[2:], columns)).reshape(section.N, -1)
     flanks = {tooth: flank_of(gear, section, stacks, tooth, width, degree) for tooth in teeth}
-    held = section_mesh.on_hub(gear, section)[columns]
+    held = (section_mesh.on_hub(gear, section) & (not gear.support))[columns]
     free = np.flatnonzero(~clamped(gear, held, solid.positions.T, element.dim, face).T)
     toothless = abs(gear.z) - len(section_mesh.toothed_pitches(gear, density))
-    return DeformableGear(face, solid, columns, free, flanks, toothless)
+    springs = alternating(rim_springs(gear, section, gear.support)) if gear.support else None
+    return DeformableGear(face, solid, columns, free, flanks, toothless, springs)
+
+
+def alternating(springs: sp.csr_matrix) -> sp.csr_matrix:
+    """Springs over (x, y) of each dof, from those over x of all dofs, then y."""
+    return sp.csr_matrix(springs[:, np.arange(springs.shape[1]).reshape(2, -1).T.ravel()])
 
 
 def section_dofs(section: Basis, positions: np.ndarray, twist: float) -> np.ndarray:

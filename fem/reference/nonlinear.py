@@ -37,7 +37,6 @@ from fem.reference.deformable_gear import (
     sampled_modification,
 )
 from fem.reference.mortar import ContactCandidate, MatingGears, PairGaps, pair_gaps
-from fem.reference.st_venant_kirchhoff import internal_force
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.ste.ste_map import ste_map
 from fem.support.arguments import Numbers, checked
@@ -83,6 +82,9 @@ def static_transmission_error(
                 or ElementHex2() in space
     penalty     contact stiffness [Pa/m]; infinite: no penetration at all
 
+    The rim of a ring may be on supports, in plane strain. The mesh is then at the teeth 0 and -1 of the ring: its ring
+    angle is 2 pi phase / |z|, of phases from 1/2 on that of the phase less 1.
+
     Raises ValueError for unequal face widths and, in plane strain, for helical pairs and flanks that vary across the
     width, RuntimeError where a phase does not converge.
     """
@@ -113,6 +115,8 @@ def check(pair: GearPair, element: Element, density: Density) -> None:
     in_space = "in plane strain; take hexahedra, with fem.nonlinear"
     straight = pair.pinion.beta == 0 or element.dim == 3
     require(straight, f"beta must be 0 {in_space}, got {pair.pinion.beta:g} rad")
+    plane = not pair.wheel.support or element.dim == 2
+    require(plane, f"element must be plane for a ring on supports, as ElementQuad2(), got {element}")
     widths = pair.pinion.b, pair.wheel.b
     require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")
     touching, fewest = 2 * last_tooth_in_contact(pair) + 1, min(pair.pinion.z, abs(pair.wheel.z))
@@ -251,9 +255,7 @@ def _newton(
     """`equilibrium` with contact of the candidates only."""
     te, u, force = 0.0, tuple(gear.undeformed() for gear in problem.gears), force * problem.gears[0].face.share
     for _ in range(NEWTON_STEPS):
-        residual = [
-            -internal_force(gear.solid, displacement) for gear, displacement in zip(problem.gears, u, strict=True)
-        ]
+        residual = [-gear.internal_force(displacement) for gear, displacement in zip(problem.gears, u, strict=True)]
         gaps = pair_gaps(problem.mating, candidates, phase, te, u)
         te, du, f = newton_step(problem, gaps, te, residual, force)
         u = (u[0] + du[0], u[1] + du[1])

@@ -25,7 +25,8 @@ from fem.ste.error_estimation import (
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import ContactModel, elastic_gears, width_variation
 from fem.ste.right_flanks import Symmetry, mirrored_model, shared_phases, symmetry_of
-from fem.ste.ste_map import LOAD_SHARE, STATE_VARIABLES
+from fem.ste.ring_angle import checked_ring_angles
+from fem.ste.ste_map import LOAD_SHARE, RING_ANGLE, STATE_VARIABLES
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.cache import known
 
@@ -86,6 +87,7 @@ def map_cost(
     offsets: Offsets | None = None,
     accuracy: Annotated[float, checked_accuracy] | None = None,
     resolution: Resolution | Slices | None = None,
+    ring_angles: Numbers | None = None,
 ) -> MapCost:
     """Cost of `fem.static_transmission_error` with the same arguments, before it runs.
 
@@ -96,6 +98,7 @@ def map_cost(
     check_offsets_mesh(pair, values["a"], values["axial"])
     torques, phase = checked_request(pair, torque, phases, accuracy, resolution)
     n_phase = FEWEST_PHASES if phase is None else phase.size
+    values = values | {RING_ANGLE: checked_ring_angles(pair, ring_angles)[0]}
     model = ContactModel(pair, values, resolution or (Resolution() if accuracy is None else Slices()))
     sides = _sides(model, torques, phase)
     sweeps = [Sweep(n_torque * n_phase * model.states_per_phase, side) for side, n_torque in sides]

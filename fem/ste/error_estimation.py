@@ -15,7 +15,8 @@ from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.mesh_density import Density
 from fem.ste.load_interpolation import deflection_under
 from fem.ste.map_solver import ContactModel, sweep
-from fem.ste.ste_map import STIFFNESS, TE, at_phases
+from fem.ste.ring_angle import softest
+from fem.ste.ste_map import RING_ANGLE, STIFFNESS, TE, at_phases
 from fem.ste.te_measures import LEAST_PHASES, curve_peak_to_peak, periodic_curve
 
 #: Errors fall at least with these powers of the number of elements along the section, and of elements and slices across
@@ -46,9 +47,10 @@ class MapError(NamedTuple):
 
 
 def at_furthest_offsets(model: ContactModel) -> ContactModel:
-    """The model at the value of each offset furthest from nominal, where errors are largest."""
+    """The model at the value of each offset furthest from nominal, where errors are largest, and between bolts."""
     furthest = {name: values[[np.argmax(np.abs(values))]] for name, values in model.offsets.items()}
-    return replace(model, offsets=furthest | {"a": model.offsets["a"][[-1]]})
+    between = model.offsets[RING_ANGLE][[softest(model.pair.wheel, model.offsets[RING_ANGLE])]]
+    return replace(model, offsets=furthest | {"a": model.offsets["a"][[-1]], RING_ANGLE: between})
 
 
 def curves(model: ContactModel, torque, phase) -> tuple[np.ndarray, np.ndarray]:

@@ -16,14 +16,16 @@ from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliances
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
-from fem.microgeometry.flank import removed
+from fem.gear.rim_support import period
+from fem.microgeometry.flank import pitch_deviations, removed
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
 from fem.ste.contact_ratio import SECTIONS, RigidFlanks, loaded_pitches
-from fem.ste.ste_map import LARGEST_GAP, LOAD_SHARE, OFFSETS, PAIR, PHASE, ROUNDING, TE, largest_gap
+from fem.ste.ste_map import LARGEST_GAP, LOAD_SHARE, OFFSETS, PAIR, PHASE, RING_ANGLE, ROUNDING, TE, largest_gap
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
+from fem.support.validation import set_fields
 
 FORCE, OVERLAP = "force", "overlap"
 #: Variables of each tooth pair, and their values where it is out of reach.
@@ -40,17 +42,36 @@ EVEN_GAP = 1e-15
 class ContactModel:
     """Pair, offsets and resolution: the common inputs of all contact states of a map.
 
-    offsets     values (n,) of each offset of the wheel, as `Offsets.values` gives them
+    offsets     values (n,) of each offset of the wheel, as `Offsets.values` gives them, and of the position on the ring
     """
 
     pair: GearPair
     offsets: dict[str, np.ndarray]
     resolution: Discretization
 
+    def __post_init__(self):
+        set_fields(self, offsets={RING_ANGLE: np.zeros(1)} | self.offsets)
+
     @property
     def states_per_phase(self) -> int:
         """Number of combinations of offsets."""
         return int(np.prod([self.offsets[name].size for name in OFFSETS]))
+
+    @property
+    def turns_on_supports(self) -> bool:
+        """Whether states differ with the position of the mesh on the ring."""
+        return period(self.pair.wheel.support) is not None
+
+    @property
+    def counts_pitches(self) -> bool:
+        """Whether teeth differ: the phase counts all pitches, and the position on the ring follows from it."""
+        return bool(pitch_deviations((*self.pair.pinion.drive_flank, *self.pair.wheel.drive_flank)))
+
+    def positions(self, phase: np.ndarray) -> list[MeshPosition]:
+        """Positions of the mesh over (a, axial, ring angle, phase)."""
+        grid = product(self.offsets["a"], self.offsets["axial"], self.offsets[RING_ANGLE], phase)
+        counted = self.counts_pitches
+        return [MeshPosition(self.pair, a, axial, at, None if counted else angle) for a, axial, angle, at in grid]
 
     def misalignment(self, alpha: float) -> np.ndarray:
         """(n_misalignment, n_f_sigma_delta, n_f_sigma_beta) misalignment in the plane of action [rad]."""
@@ -79,8 +100,7 @@ def sweep(
     Raises RuntimeError where a contact does not converge.
     """
     bodies, slices = compliances_of(model.pair, model.offsets, model.resolution)
-    grid = product(model.offsets["a"], model.offsets["axial"], phase)
-    positions = [MeshPosition(model.pair, a, axial, at) for a, axial, at in grid]
+    positions = model.positions(phase)
     numbers = {number for position in positions for number in position.numbers()}
     pairs = range(min(numbers), max(numbers) + 1)
     solve = partial(_states_at, bodies, slices, model, forces, pairs)
@@ -94,13 +114,13 @@ def sweep(
     (_, te), (_, overlap) = variables[TE], variables.pop(OVERLAP)
     ratio = _contact_ratio(model, phase, pitches, pairs.start, te, overlap)
     unknown = (forces == 0)[:, None, None, None] | (largest_gap(np.sort(phase), pitches) > LARGEST_GAP + ROUNDING)
-    variables["contact_ratio"] = ["a", "axial", FORCE, *ANGLES], np.where(unknown, nan, ratio)
+    variables["contact_ratio"] = ["a", "axial", RING_ANGLE, FORCE, *ANGLES], np.where(unknown, nan, ratio)
     return xr.Dataset(variables, axes).transpose(FORCE, *OFFSETS, PHASE, PAIR)
 
 
 def _variables(columns: list[dict[str, np.ndarray]], axes: dict) -> dict[str, tuple[list[str], np.ndarray]]:
-    """Dimensions and values of variables, of the columns of all positions in the order of a, axial and phase."""
-    dims = ["a", "axial", PHASE, FORCE, *ANGLES]
+    """Dimensions and values of variables, of the columns of all positions in their order."""
+    dims = ["a", "axial", RING_ANGLE, PHASE, FORCE, *ANGLES]
     shape = [len(axes[name]) for name in dims]
     variables = {}
     for name in columns[0]:
@@ -113,19 +133,19 @@ def _variables(columns: list[dict[str, np.ndarray]], axes: dict) -> dict[str, tu
 def _contact_ratio(
     model: ContactModel, phase: np.ndarray, pitches: int, first: int, te: np.ndarray, overlap: np.ndarray
 ) -> np.ndarray:
-    """(n_a, n_axial, n_force, *angles) contact ratios from te (n_a, n_axial, n_phase, n_force, *angles) [m] and from
-    overlaps [m], also over the tooth pairs from the first one on."""
-    ratio, order = np.empty(te[:, :, 0].shape), np.argsort(phase)
+    """(n_a, n_axial, n_ring, n_force, *angles) contact ratios from te (n_a, n_axial, n_ring, n_phase, n_force, *angles)
+    [m] and from overlaps [m], also over the tooth pairs from the first one on."""
+    ratio, order = np.empty(te[:, :, :, 0].shape), np.argsort(phase)
     sections = SECTIONS if width_variation(model.pair, model.offsets)[0] else 1
     by_strips = not isinstance(model.resolution, Slices)
-    for i, j in np.ndindex(te.shape[:2]):
+    for i, j, ring in np.ndindex(te.shape[:3]):
         position = MeshPosition(model.pair, float(model.offsets["a"][i]), float(model.offsets["axial"][j]), 0.0)
         flanks = RigidFlanks(pair_geometry(position), np.linspace(*position.face, sections), about_te=by_strips)
-        misalignment = np.broadcast_to(model.misalignment(position.alpha), ratio.shape[2:]).ravel()
-        over_phase = te[i, j, order].reshape(phase.size, -1).T
-        of_pairs = overlap[i, j, order].reshape(phase.size, misalignment.size, -1).transpose(1, 2, 0)
+        misalignment = np.broadcast_to(model.misalignment(position.alpha), ratio.shape[3:]).ravel()
+        over_phase = te[i, j, ring, order].reshape(phase.size, -1).T
+        of_pairs = overlap[i, j, ring, order].reshape(phase.size, misalignment.size, -1).transpose(1, 2, 0)
         loaded = loaded_pitches(flanks, misalignment, phase[order], pitches, first, over_phase, of_pairs)
-        ratio[i, j] = loaded.reshape(ratio.shape[2:])
+        ratio[i, j, ring] = loaded.reshape(ratio.shape[3:])
     return ratio
 
 

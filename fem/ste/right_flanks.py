@@ -9,6 +9,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from enum import Enum
 from functools import partial
+from math import pi
 
 import numpy as np
 import xarray as xr
@@ -17,7 +18,17 @@ from fem.microgeometry.flank import pitch_deviations
 from fem.pair.mirror_image import mirror_image
 from fem.ste.map_sides import halves_alike
 from fem.ste.map_solver import FORCE, ContactModel, sweep
-from fem.ste.ste_map import CENTROID, OFFSETS, PAIR, PHASE, ROUNDING, TE, UNLOADED_RIGHT, number_of_pitches
+from fem.ste.ste_map import (
+    CENTROID,
+    OFFSETS,
+    PAIR,
+    PHASE,
+    RING_ANGLE,
+    ROUNDING,
+    TE,
+    UNLOADED_RIGHT,
+    number_of_pitches,
+)
 
 F_SIGMA_BETA = "f_sigma_beta"
 
@@ -34,9 +45,11 @@ class Symmetry(Enum):
 
 
 def symmetry_of(model: ContactModel) -> Symmetry:
-    """Symmetry of a pair at its offsets; pitch deviations, which differ between teeth, have none."""
+    """Symmetry of a pair at its offsets; unlike teeth (pitch deviations) and a ring on bolts have none."""
     gears, offsets = (model.pair.pinion, model.pair.wheel), model.offsets
-    if any(gear.drive_flank != gear.coast_flank or pitch_deviations(gear.drive_flank) for gear in gears):
+    if model.turns_on_supports or any(
+        gear.drive_flank != gear.coast_flank or pitch_deviations(gear.drive_flank) for gear in gears
+    ):
         return Symmetry.NONE
     reversed_by_turning = (offsets[name] for name in ("misalignment", "f_sigma_delta", "axial"))
     if all(map(halves_alike, gears)) and all(map(_antisymmetric, reversed_by_turning)):
@@ -49,8 +62,9 @@ def _antisymmetric(values: np.ndarray) -> bool:
 
 
 def mirrored_model(model: ContactModel) -> ContactModel:
-    """The model of the mirror image; its f_sigma_beta has the other sign, and increases again."""
-    offsets = model.offsets | {F_SIGMA_BETA: -model.offsets[F_SIGMA_BETA][::-1]}
+    """The model of the mirror image; f_sigma_beta has the other sign, and increases again, as does the ring angle."""
+    ring_angle = 2 * pi * model.pair.back_phase / abs(model.pair.wheel.z) - model.offsets[RING_ANGLE][::-1]
+    offsets = model.offsets | {F_SIGMA_BETA: -model.offsets[F_SIGMA_BETA][::-1], RING_ANGLE: ring_angle}
     return replace(model, pair=mirror_image(model.pair), offsets=offsets)
 
 
@@ -74,6 +88,8 @@ def sweep_both_sides(
     else:
         left_states = [solve(model, left, phase)] if left.size else []
         mirrored = solve(mirrored_model(model), right, model.pair.back_phase - phase)
+        mirrored = mirrored.isel({RING_ANGLE: slice(None, None, -1)})
+    mirrored = mirrored.assign_coords({RING_ANGLE: model.offsets[RING_ANGLE]})
     states = _of_the_pair(mirrored, phase)
     unloaded = states[TE].sel({FORCE: 0.0}, drop=True) if 0.0 in right else None
     states = states.sel({FORCE: forces[forces < 0]})

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from fem.gear import rim_support
 from fem.gear.gear import Gear
 from fem.gear.material import Material
 from fem.gear.pinion_cutter import PinionCutter
@@ -19,23 +20,24 @@ from fem.support.netcdf import read, write
 from fem.support.tables import read_grid
 from fem.support.validation import increasing, numbers, require, require_finite
 
-SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank", "cutter")]
+SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank", "cutter", "support")]
 #: Sizes that not every gear has: shape of the root fillet, and where an external or an internal gear is clamped.
 OPTIONAL = ("rho_f", "fillet", "d_bore", "d_rim")
 CUTTER = [part.name for part in fields(PinionCutter)]
 TORQUE, PHASE, TE, CENTROID, STIFFNESS, LOAD_SHARE = "torque", "phase", "te", "centroid", "stiffness", "load_share"
-PAIR, UNLOADED_RIGHT = "pair", "te_unloaded_right"
+PAIR, UNLOADED_RIGHT, RING_ANGLE = "pair", "te_unloaded_right", "ring_angle"
 #: Attribute of maps with torques < 0: how the states of the right flanks were obtained, and its values.
 RIGHT_FLANKS, SOLVED, MIRRORED = "right_flanks", "solved", "mirror image of the left flanks"
 #: Attribute of maps that were made with a larger gap between their phases than others may have [pitches].
 PHASE_GAP, LARGEST_GAP = "phase_gap", 1 / 3
-#: Offsets of the wheel in the order of the axes of a map, with units and descriptions.
+#: Offsets of the wheel, and the position of the mesh on a ring between its supports, in the order of the axes of a map.
 OFFSETS = {
     "a": ("m", "working centre distance"),
     "axial": ("m", "axial position of the wheel"),
     "misalignment": ("rad", "misalignment in the plane of action"),
     "f_sigma_delta": ("rad", "parallelism error in the plane of the axes"),
     "f_sigma_beta": ("rad", "parallelism error across the plane of the axes"),
+    RING_ANGLE: ("rad", "position of the mesh on the ring"),
 }
 AXES = {
     TORQUE: ("N m", "pinion torque"),
@@ -251,6 +253,8 @@ def over_torque_and_pitches(data: xr.Dataset) -> xr.DataArray:
 def offset_axes(data: xr.Dataset) -> dict[str, np.ndarray]:
     """The map's axes of centre distance [m], misalignment [rad], axial offset [m]; ValueError where it has others."""
     axes = [str(name) for name in data[TE].dims if name not in (TORQUE, PHASE)]
+    round_the_ring = "a force law follows the position of the mesh on the ring over whole pitches"
+    require(RING_ANGLE not in axes, f"{round_the_ring}, not over the axis {RING_ANGLE}; pass fem.over_pitches(ste)")
     parallelism = [name for name in axes if name.startswith("f_sigma")]
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in parallelism)
     remedy = f"map `misalignment`, their sum in the plane of action, or select one value of each: ste.sel({chosen})"
@@ -286,6 +290,7 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
         attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES if getattr(gear, size) is not None}
         attributes |= {f"{name}_cutter_{size}": value for size, value in _cutter_sizes(gear).items()}
         attributes[f"{name}_flank"] = to_text(gear.flank)
+        attributes |= {f"{name}_support": rim_support.to_text(gear.support)} if gear.support else {}
         attributes |= {f"{name}_{part.name}": getattr(gear.material, part.name) for part in fields(Material)}
     return attributes
 
@@ -303,7 +308,8 @@ def _gear(attributes, name: str) -> Gear:
     sizes = {size: float(attributes[f"{name}_{size}"]) for size in stored}
     cut = {size: float(attributes[key]) for size in CUTTER if (key := f"{name}_cutter_{size}") in attributes}
     flank, cutter = from_text(attributes[f"{name}_flank"]), PinionCutter(**cut) if cut else None  # type: ignore[arg-type]
-    return Gear(material=material, flank=flank, cutter=cutter, **sizes)  # type: ignore[arg-type]
+    support = rim_support.from_text(attributes.get(f"{name}_support", "[]"))
+    return Gear(material=material, flank=flank, cutter=cutter, support=support, **sizes)  # type: ignore[arg-type]
 
 
 @checked

@@ -16,6 +16,7 @@ from fem.ste.error_estimation import MapError, compared_slices
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import FORCE, ContactModel
 from fem.ste.right_flanks import Symmetry, sweep_both_sides, symmetry_of
+from fem.ste.ring_angle import checked_ring_angles
 from fem.ste.ste_map import (
     LOAD_SHARE,
     MIRRORED,
@@ -23,6 +24,7 @@ from fem.ste.ste_map import (
     PAIR,
     PHASE,
     RIGHT_FLANKS,
+    RING_ANGLE,
     SOLVED,
     TE,
     TORQUE,
@@ -46,6 +48,7 @@ def static_transmission_error(
     offsets: Annotated[Offsets, check_offsets] | None = None,
     accuracy: Annotated[float, checked_accuracy] | None = None,
     resolution: Resolution | Slices | None = None,
+    ring_angles: Numbers | None = None,
     executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
@@ -67,10 +70,15 @@ def static_transmission_error(
                 holds the estimates
     resolution  mesh and slices by hand instead of an accuracy, without estimated errors: `fem.Resolution` (default;
                 the mean of aligned spurs is within 0.3 % of the converged one) or `fem.Slices`, 4 times as fast or more
+    ring_angles positions of the mesh on a ring between the `fem.Bolts` of its support [rad], an axis of the map: a
+                number of them over the period of the support, or increasing values within a period; by default as many
+                as its rim needs. At phase p, counted over all pitches from where tooth 0 of the ring touches at the
+                pitch point, the ring angle is 2 pi p / |z|: `fem.over_pitches` makes such a map of one pitch after the
+                other. With a `fem.PitchDeviation` the phases say where the mesh is
     executor    any `concurrent.futures.Executor`, which solves the contacts; finite elements are solved in this process
     progress    whether to show bars with the time left
 
-    Returns a dataset with these variables over (torque, *offsets, phase); the inputs are its attributes:
+    Returns a dataset with these variables over (torque, *offsets, ring_angle, phase); the inputs are its attributes:
 
     te                  transmission error [m], in mid-plane on the line of action, > 0: the pinion leads
     stiffness           tangent stiffness of the mesh [N/m], from which loads between the torques are interpolated
@@ -111,9 +119,11 @@ def static_transmission_error(
     check_offsets_mesh(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
     torques, phase = checked_request(pair, torque, phases, accuracy, resolution)
+    angles, turns = checked_ring_angles(pair, ring_angles)
+    axes = offsets.axes() + (RING_ANGLE,) * turns
     pair_attributes(pair)  # raises before anything is solved
     with shown(progress):
-        model = ContactModel(pair, values, resolution or Resolution())
+        model = ContactModel(pair, values | {RING_ANGLE: angles}, resolution or Resolution())
         if accuracy is not None:
             grid = choose(model, torques, phase, accuracy)
             model = replace(model, resolution=grid.resolution)
@@ -123,7 +133,7 @@ def static_transmission_error(
         states = sweep_both_sides(model, forces, grid.phase, executor=executor)
         slices = compared_slices(model, grid.torque, grid.phase) if accuracy is None else None
         estimate = sweep_both_sides(slices, forces, grid.phase, executor=executor) if slices else None
-    data = _labelled(model, grid, states, offsets.axes())
+    data = _labelled(model, grid, states, axes)
     if estimate is not None:
         data = data.assign(error_slices=_slices_error(data, estimate))
     return data.assign(_estimates(data, grid.errors)) if grid.errors else data
@@ -147,7 +157,7 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
     states = states.rename({FORCE: TORQUE}).isel(dict.fromkeys(fixed, 0), drop=True)
     axes = {name: model.offsets[name] for name in OFFSETS if name in offset_axes}
     attributes = {"resolution": exact(grid.resolution), "pitches": number_of_pitches(grid.phase)}
-    attributes |= {name: float(model.offsets[name][0]) for name in fixed if name != "a"}
+    attributes |= {name: float(model.offsets[name][0]) for name in fixed if name not in ("a", RING_ANGLE)}
     if grid.torque[0] < 0:
         attributes[RIGHT_FLANKS] = MIRRORED if symmetry_of(model) is Symmetry.TURNED else SOLVED
     data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)

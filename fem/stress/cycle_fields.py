@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from fem.contact.resolution import Resolution
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
@@ -35,6 +36,7 @@ def cycle_fields(
     *,
     axial: Finite = 0.0,
     offsets: Offsets | None = None,
+    ring_angle: Finite = 0.0,
     density: Density | None = None,
     resolution: Resolution | None = None,
     executor: Executor | None = None,
@@ -45,6 +47,7 @@ def cycle_fields(
     phases      number of equidistant phases, or their values in [0, 1)
     axial       axial position of the section [m]; of helical gears the nearest of their elements
     offsets     offsets of the wheel, one value each
+    ring_angle  position of the mesh on a ring on `fem.Bolts`, as in a map [rad]
     density     density of the elements, which do not resolve the contact; its teeth follow from the load
     resolution  resolution of the contact, as for a map
     executor    any `concurrent.futures.Executor`, which solves the contacts, a phase in each call
@@ -57,7 +60,7 @@ def cycle_fields(
     if density is not None:
         require_kind("density", density, Density)
     checked_torque(pair, torque)
-    contacts, misalignment = tooth_contacts(pair, checked_phases(phases, pair), offsets, resolution)
+    contacts, misalignment = tooth_contacts(pair, checked_phases(phases, pair), offsets, resolution, ring_angle)
     force = np.array([torque / pair.pinion.r_b])
     states = [state for (state,) in states_of(contacts, force, misalignment, executor, "contact")]
     loads = [flank_loads(contact, state) for contact, state in zip(contacts, states, strict=True)]
@@ -65,29 +68,36 @@ def cycle_fields(
     te = [state.te for state in states]
     fields = []
     for side, gear in enumerate((pair.pinion, pair.wheel)):
-        columns = zip([sides[side] for sides in loads], [sides[side] for sides in placed], te, strict=True)
+        columns = zip(contacts, [sides[side] for sides in loads], [sides[side] for sides in placed], te, strict=True)
         fields.append(_fields_of(gear, density, axial, list(columns)))
     return list(zip(*fields, strict=True))
 
 
 def _fields_of(
-    gear: Gear, density: Density | None, axial: float, columns: list[tuple[list[FlankLoad], Placement, float]]
+    gear: Gear,
+    density: Density | None,
+    axial: float,
+    columns: list[tuple[ToothContact, list[FlankLoad], Placement, float]],
 ) -> list[Field]:
-    """Fields of a gear under its loads, in its placement and under the transmission error [m] at every phase."""
+    """Fields of a gear in its contacts, under its loads, in its placement and under the transmission error [m]."""
     density = density or (SOLID if gear.beta_b else PLANE)
-    toothed = with_loaded_teeth(density, [load for loads, *_ in columns for load in loads])
+    toothed = with_loaded_teeth(gear, density, [load for _, loads, *_ in columns for load in loads])
     toothed = toothed.with_teeth(toothed.teeth + 1, toothed.behind + 1)
-    on_gear = axial - columns[0][1].centre[2]
+    on_gear = axial - columns[0][2].centre[2]
     within = f"axial must lie on the faces of both gears, within {gear.b / 2 / mm:g} mm of the middle of the gear of"
     require(abs(on_gear) <= gear.b / 2 * (1 + 1e-9), f"{within} {gear.z} teeth, got {on_gear / mm:g} mm; pass metres")
     if gear.beta_b:
         solid = gear_elasticity.solid_gear(gear, toothed)
-        return [_section(solid, field_of(solid, *column), on_gear) for column in columns]
+        return [
+            _section(solid, field_of(solid, loads, placed, te, contact.position.tooth_angle), on_gear)
+            for contact, loads, placed, te in columns
+        ]
     plane = gear_elasticity.plane_gear(gear, section_mesh.section(gear, toothed).to_meshtri())
-    return [
-        field_of(plane, [line for load in loads if (line := load.section(on_gear)).force.any()], placed, te)
-        for loads, placed, te in columns
-    ]
+    fields = []
+    for contact, loads, placed, te in columns:
+        lines = [line for load in loads if (line := load.section(on_gear)).force.any()]
+        fields.append(field_of(plane, lines, placed, te, contact.position.tooth_angle))
+    return fields
 
 
 def _section(solid: ElasticGear, field: Field, axial: float) -> Field:

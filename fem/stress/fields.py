@@ -79,6 +79,7 @@ def plane_fields(
     phase: float,
     *,
     offsets: Offsets | None = None,
+    ring_angle: Finite = 0.0,
     density: Density = FINE,
     refine: int = 6,
     resolution: Resolution | None = None,
@@ -88,6 +89,7 @@ def plane_fields(
     torque          pinion torque F r_b1 > 0 [N m]
     phase           position in the mesh cycle in [0, 1); 0: pair 0 at the pitch point
     offsets         offsets of the wheel, one value each
+    ring_angle      position of the mesh on a ring on `fem.Bolts`, as in a map [rad]
     density         density of the section away from the contact; its teeth follow from the load
     refine          number of elements over half the contact width, at least 4
     resolution      resolution of the contact, as for a map
@@ -99,13 +101,16 @@ def plane_fields(
     require(whole, f"refine must be a whole number >= 4, got {refine}")
     require_kind("density", density, Density)
     require(pair.beta_b == 0, f"plane fields are of spur pairs, got {pair}; take solid_fields for helical ones")
-    contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
+    contact, state = _solved_contact(pair, torque, phase, offsets, resolution, ring_angle)
     axial = state.slices.middle[np.argmax(state.pressure)]
     fields = []
     for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
         lines = [line for load in loads if (line := load.section(axial - placed.centre[2])).force.any()]
-        section = gear_elasticity.section_refined_at(placed.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
-        fields.append(field_of(gear_elasticity.plane_gear(placed.gear, section), lines, placed, state.te))
+        section = gear_elasticity.section_refined_at(
+            placed.gear, with_loaded_teeth(placed.gear, density, loads), lines, 1 / refine
+        )
+        elastic = gear_elasticity.plane_gear(placed.gear, section)
+        fields.append(field_of(elastic, lines, placed, state.te, contact.position.tooth_angle))
     return fields[0], fields[1]
 
 
@@ -116,6 +121,7 @@ def solid_fields(
     phase: float,
     *,
     offsets: Offsets | None = None,
+    ring_angle: Finite = 0.0,
     density: Density = SOLID,
     resolution: Resolution | None = None,
 ) -> tuple[Field, Field]:
@@ -128,27 +134,32 @@ def solid_fields(
     Raises ValueError for bad input, RuntimeError where the contact does not converge.
     """
     require_kind("density", density, Density)
-    contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
+    contact, state = _solved_contact(pair, torque, phase, offsets, resolution, ring_angle)
     fields = []
     for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
-        elastic = gear_elasticity.solid_gear(placed.gear, with_loaded_teeth(density, loads))
-        fields.append(field_of(elastic, loads, placed, state.te))
+        elastic = gear_elasticity.solid_gear(placed.gear, with_loaded_teeth(placed.gear, density, loads))
+        fields.append(field_of(elastic, loads, placed, state.te, contact.position.tooth_angle))
     return fields[0], fields[1]
 
 
 def _solved_contact(
-    pair: GearPair, torque: float, phase: float, offsets: Offsets | None, resolution: Resolution | None
+    pair: GearPair,
+    torque: float,
+    phase: float,
+    offsets: Offsets | None,
+    resolution: Resolution | None,
+    ring_angle: float,
 ) -> tuple[ToothContact, State]:
     require(number("torque", torque) > 0, f"torque must be > 0 N m for a field, got {torque}")
     checked_torque(pair, torque), checked_phases([number("phase", phase)], pair)
-    (contact,), misalignment = tooth_contacts(pair, [phase], offsets, resolution)
+    (contact,), misalignment = tooth_contacts(pair, [phase], offsets, resolution, ring_angle)
     return contact, contact.state(torque / pair.pinion.r_b, misalignment)
 
 
-def field_of(elastic: ElasticGear, loads: list[FlankLoad], placed: Placement, te: float) -> Field:
-    """Solution of a gear under loads, turned and moved to its placement."""
+def field_of(elastic: ElasticGear, loads: list[FlankLoad], placed: Placement, te: float, angle: float = 0.0) -> Field:
+    """Solution of a gear under loads, turned and moved to its placement; angle: of a ring on its supports [rad]."""
     mesh, dim, section = elastic.mesh, elastic.dim, elastic.section.mesh
-    u = elastic.displacement(gear_elasticity.nodal_forces(elastic, loads))
+    u = elastic.displacement(gear_elasticity.nodal_forces(elastic, loads), elastic.supports(angle))
     stress = stress_recovery.stress(elastic, u)
     rotation, root = np.eye(dim), np.zeros(section.p.shape[1], bool)
     rotation[:2, :2] = section_mesh.rotated(np.eye(2), placed.rotation)

@@ -21,12 +21,16 @@ from fem.pair.offsets import ANGLES, Offsets, in_plane_of_action
 from fem.pair.pair import GearPair
 from fem.ste.inputs import check_offsets_mesh
 from fem.ste.map_solver import compliances_of
+from fem.ste.ring_angle import counts_pitches
 from fem.ste.ste_map import pair_attributes
 from fem.stress.tooth_boundary import flank_ends
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
 from fem.support.representation import exact
-from fem.support.validation import require, require_kind
+from fem.support.validation import finite, require, require_kind
+
+#: Number of teeth on either side of the loaded ones that stiffen a rim on supports: root stress within 3 %.
+BESIDE_ON_BENT_RIM = 5
 
 
 @dataclass(frozen=True)
@@ -72,9 +76,12 @@ class FlankLoad:
 
 
 def tooth_contacts(
-    pair: GearPair, phases, offsets: Offsets | None, resolution: Resolution | None
+    pair: GearPair, phases, offsets: Offsets | None, resolution: Resolution | None, ring_angle: float = 0.0
 ) -> tuple[list[ToothContact], float]:
-    """Contacts at phases with the compliances of a map, and their misalignment in the plane of action [rad]."""
+    """Contacts at phases with the compliances of a map, and their misalignment in the plane of action [rad].
+
+    ring_angle  position of the mesh on a ring, as in a map [rad]
+    """
     offsets = Offsets() if offsets is None else offsets
     resolution = Resolution() if resolution is None else resolution
     require_kind("offsets", offsets, Offsets)
@@ -85,7 +92,8 @@ def tooth_contacts(
     check_offsets_mesh(pair, values["a"], values["axial"])
     (pinion, wheel), slices = compliances_of(pair, values, resolution)
     a, axial, misalignment, *errors = (float(values[name][0]) for name in ("a", "axial", *ANGLES))
-    positions = [MeshPosition(pair, a, axial, float(phase)) for phase in phases]
+    angle = None if counts_pitches(pair) else finite("ring_angle", ring_angle)
+    positions = [MeshPosition(pair, a, axial, float(phase), angle) for phase in phases]
     in_plane = in_plane_of_action(GearPair(pair.pinion, pair.wheel, a=a).alpha_wt, *errors)
     return [ToothContact(position, pinion, wheel, slices) for position in positions], misalignment + in_plane
 
@@ -131,10 +139,11 @@ def flank_loads(contact: ToothContact, state: State) -> tuple[list[FlankLoad], l
     return loads
 
 
-def with_loaded_teeth(density: Density, loads: list[FlankLoad]) -> Density:
-    """Density with all loaded teeth and the next tooth on either side, which stiffens the rim."""
+def with_loaded_teeth(gear: Gear, density: Density, loads: list[FlankLoad]) -> Density:
+    """Density with all loaded teeth and those beside them that stiffen the rim of the gear."""
     teeth = [load.tooth for load in loads]
-    return density.with_teeth(max([0, *teeth]) + 1, 1 - min([0, *teeth]))
+    beside = BESIDE_ON_BENT_RIM if gear.support else 1
+    return density.with_teeth(max([0, *teeth]) + beside, beside - min([0, *teeth]))
 
 
 def _sorted_strips(gear: Gear, arcs: np.ndarray, force: np.ndarray, width) -> tuple[np.ndarray, np.ndarray]:

@@ -6,17 +6,33 @@ axes that turn with the section. The position of the gear is that of
 `fem.elasticity.section_mesh`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
+from math import sqrt
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.spatial import cKDTree
-from skfem import Basis, ElementLineP2, ElementQuad2, ElementTriP2, MeshHex, MeshLine, MeshTri
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementLineP2,
+    ElementQuad2,
+    ElementTriP2,
+    FacetBasis,
+    LinearForm,
+    MeshHex,
+    MeshLine,
+    MeshTri,
+)
 
 from fem.elasticity import extruded_elasticity, extrusion, section_mesh
 from fem.elasticity.face_symmetry import WholeFace, clamped
 from fem.elasticity.mesh_density import Density
+from fem.elasticity.rim_springs import rim_springs
 from fem.gear.gear import Gear
+from fem.gear.rim_support import Bolts, Bush
 from fem.gear.tooth_profile import arc_at, flank_points
 from fem.linalg.block_matrix import KroneckerMatrix
 from fem.linalg.direct_solver import Solve, factorize
@@ -31,6 +47,9 @@ SOLID = Density(flank=12, fillet=8, land=2, tooth=4, rim=4, body=4, width=2, rim
 
 #: Power by which elements of solids narrow towards the end faces, where lines of contact of helical gears begin.
 GRADING = 1.6
+#: Stiffness per area of the bush that makes the elements of a rim on supports positive definite, over E / radius: in
+#: the section, where it adds to the supports, and along the axis, where it stands for them.
+SOFT, AXIAL = 1e-7, 1e-2
 #: Around a load elements grow beyond LOADED_RADIUS half-widths from its middle by GROWTH times the distance.
 LOADED_RADIUS, GROWTH = 1.5, 0.3
 
@@ -76,11 +95,43 @@ class ElasticGear:
         section = self.section.mesh
         return section if self.axis is None else extrusion.extruded(section, self.axial_mesh, self.gear.twist)
 
-    def displacement(self, forces: np.ndarray) -> np.ndarray:
-        """Dofs of the displacement [m] under forces (n_dofs,) or (n_dofs, k)."""
+    def displacement(self, forces: np.ndarray, springs: np.ndarray | None = None) -> np.ndarray:
+        """Dofs of the displacement [m] under forces (n_dofs,) or (n_dofs, k), of a rim that `supports` hold.
+
+        springs     (n_dofs, n) of the supports, as `supports` gives them; without any, the gear is clamped
+
+        The stiffness has the springs by the formula of Sherman, Morrison and Woodbury.
+        """
         u = np.zeros_like(forces)
         u[self.free] = self.solve(forces[self.free].reshape(self.free.size, -1)).reshape(u[self.free].shape)
-        return u
+        if springs is None:
+            return u
+        by_springs = np.zeros_like(springs)
+        by_springs[self.free] = self.solve(springs[self.free])
+        inside = np.eye(springs.shape[1]) + springs.T @ by_springs
+        return u - by_springs @ np.linalg.solve(inside, springs.T @ u)
+
+    def supports(self, angle: float) -> np.ndarray | None:
+        """(n_dofs, n_spring) springs of the bolts of a rim while tooth 0 is at an angle on them [rad]; None: no bolts.
+
+        In plane strain of the unit width.
+        """
+        gear, bolts = self.gear, tuple(part for part in self.gear.support if isinstance(part, Bolts))
+        if not bolts:
+            return None
+        share = self.axial_means()
+        turned = -angle - gear.sign * gear.twist * self.axial
+        of_sections = [rim_springs(gear, self.section, bolts, turn).toarray() for turn in turned]
+        in_section = np.stack(of_sections, axis=-1) * share
+        springs = np.zeros((len(in_section), self.dim, self.section.N, self.axial.size))
+        springs[:, :2] = in_section.reshape(len(in_section), 2, self.section.N, -1)
+        return springs.reshape(len(springs), -1).T / (sqrt(gear.b) if self.axis is None else 1.0)
+
+    def axial_means(self) -> np.ndarray:
+        """(n_axis,) mean over the width of the shape functions along the axis; 1 in plane strain."""
+        if self.axis is None:
+            return np.ones(1)
+        return LinearForm(lambda v, w: v).assemble(self.axis) / self.gear.b
 
     def displacement_at_vertices(self, u: np.ndarray) -> np.ndarray:
         """(dim, n_vertex) displacement of the vertices of `mesh` along fixed axes, of dofs u (n_dofs,)."""
@@ -107,13 +158,38 @@ def solid_gear(gear: Gear, density: Density) -> ElasticGear:
 
 
 def _clamped(gear: Gear, section: Basis, axis: Basis | None) -> ElasticGear:
+    """The gear clamped at its hub; a rim on supports rests on a soft bush, beside which their springs act."""
     stiffness = extruded_elasticity.stiffness(section, axis, gear.material, gear.twist)
+    if gear.support:
+        stiffness = _with_bush(gear, section, axis, stiffness)
     points = section.doflocs if axis is None else extruded_elasticity.points(section, axis)
-    held = section_mesh.on_hub(gear, section).reshape(-1, *[1] * (points.ndim - 2))
+    held = (section_mesh.on_hub(gear, section) & (not gear.support)).reshape(-1, *[1] * (points.ndim - 2))
     free = ~clamped(gear, held, points, len(points), WholeFace()).ravel()
     part = stiffness.part(free)
     solve = factorize(part.matrix if axis is None else part)
     return ElasticGear(gear, section, axis, stiffness, np.flatnonzero(free), solve)
+
+
+def _with_bush(gear: Gear, section: Basis, axis: Basis | None, stiffness: KroneckerMatrix) -> KroneckerMatrix:
+    """Stiffness with the bush of a rim, and a soft one, which holds it along its axis and hardly in the section."""
+    mass = BilinearForm(lambda u, v, w: u * v)
+    facets = section_mesh.clamped_facets(gear, section.mesh)
+    on_rim = mass.assemble(FacetBasis(section.mesh, section.elem, facets=facets)).tocsr()
+    along = np.ones((1, 1)) if axis is None else mass.assemble(axis).toarray()
+    dim = 2 if axis is None else 3
+    components = np.diag([SOFT, SOFT, AXIAL][:dim]) * gear.material.E / abs(gear.r_clamp)
+    springs = rim_springs(gear, section, tuple(part for part in gear.support if isinstance(part, Bush)))
+    bush, terms = sp.csr_matrix(springs.T @ springs) / gear.b, [(on_rim, components)]
+    for i, j in product(range(2), range(2)):
+        between = bush[i * section.N : (i + 1) * section.N, j * section.N : (j + 1) * section.N]
+        terms.append((between, np.outer(np.eye(dim)[i], np.eye(dim)[j])))
+    entries = [np.asarray(between[*stiffness.indices]).ravel() for between, _ in terms]
+    dense = [np.kron(components, along) for _, components in terms]
+    return replace(
+        stiffness,
+        entries=np.column_stack([stiffness.entries, *entries]),
+        dense=np.concatenate([stiffness.dense, np.stack(dense)]),
+    )
 
 
 def section_refined_at(gear: Gear, density: Density, loads: list[FlankLoad], share: float) -> MeshTri:

@@ -15,7 +15,7 @@ from fem.ste.inputs import checked_phases, checked_torque
 from fem.ste.ste_map import PHASE, TORQUE, description, gap_attribute
 from fem.stress.flank_loads import contact_inputs, states_of, tooth_contacts
 from fem.stress.load_factors import AXIAL, station_ends
-from fem.support.arguments import Numbers, checked
+from fem.support.arguments import Finite, Numbers, checked
 from fem.support.progress import shown
 from fem.support.validation import require
 
@@ -30,6 +30,7 @@ def load_distribution(
     phases: Numbers = 30,
     *,
     offsets: Offsets | None = None,
+    ring_angle: Finite = 0.0,
     resolution: Resolution | None = None,
     stations: int = 20,
     executor: Executor | None = None,
@@ -40,6 +41,7 @@ def load_distribution(
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
     offsets         offsets of the wheel, one value each
+    ring_angle      position of the mesh on a ring on `fem.Bolts`, as in a map [rad]
     resolution      resolution of the contact, as for a map
     stations        number of equal parts of the common face width
     executor        any `concurrent.futures.Executor`, which solves the contacts, a phase in each call
@@ -57,7 +59,7 @@ def load_distribution(
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
     require(2 <= stations <= 10_000, f"stations must lie in [2, 10000], got {stations}")
     with shown(progress):
-        contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
+        contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution, ring_angle)
         columns = states_of(contacts, torque / pair.pinion.r_b, misalignment, executor, "load distribution")
     edges = station_ends(contacts[0], stations)
     positions = [contact.position for contact in contacts]

@@ -16,7 +16,7 @@ from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.ste.ste_map import TORQUE, description, phase_weights
 from fem.stress.flank_loads import contact_inputs, states_of, tooth_contacts
-from fem.support.arguments import Numbers, checked
+from fem.support.arguments import Finite, Numbers, checked
 from fem.support.progress import shown
 from fem.support.validation import require
 
@@ -40,13 +40,14 @@ def load_factors(
     phases: Numbers = 30,
     *,
     offsets: Offsets | None = None,
+    ring_angle: Finite = 0.0,
     resolution: Resolution | None = None,
     executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
     """Face load factor and transverse load factor of a pair over the torque, by its contact solution.
 
-    torque, phases, offsets, resolution, executor   as for `fem.root_stress`; torques > 0
+    torque, phases, offsets, ring_angle, resolution, executor   as for `fem.root_stress`; torques > 0
 
     Returns a dataset over torque [N m] and axial_position [m], from the pinion's mid-plane:
 
@@ -73,12 +74,12 @@ def load_factors(
     resolution = Resolution() if resolution is None else resolution
     forces = torque / pair.pinion.r_b
     with shown(progress):
-        contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
+        contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution, ring_angle)
         line_loads, shares = _distributions(contacts, forces, misalignment, resolution.slices, executor)
         accurate, parallel = _accurate(pair), replace(offsets, **dict.fromkeys(ANGLES, 0.0))
         accurate_shares = shares
         if (accurate, parallel) != (pair, offsets):
-            contacts, misalignment = tooth_contacts(accurate, np.unique(phase % 1), parallel, resolution)
+            contacts, misalignment = tooth_contacts(accurate, np.unique(phase % 1), parallel, resolution, ring_angle)
             _, accurate_shares = _distributions(contacts, forces, misalignment, resolution.slices, executor)
     line_load = np.einsum("p,tps->ts", phase_weights(phase, floor(phase[-1]) + 1), line_loads)
     largest = shares.max(axis=1)

@@ -1,12 +1,14 @@
 """Stress in the tooth roots over the mesh cycle, on solids of quadratic elements, with the contact pressure."""
 
 from concurrent.futures import Executor
+from functools import partial
 from math import floor
 
 import numpy as np
 import xarray as xr
 
 from fem.contact.resolution import Resolution
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import rotated
 from fem.gear.gear import Gear
@@ -18,7 +20,7 @@ from fem.stress import gear_elasticity
 from fem.stress.flank_loads import FlankLoad, contact_inputs, flank_loads, states_of, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import ElasticGear
 from fem.stress.tooth_boundary import LEAST_INCLINATION, inclination, outline
-from fem.support.arguments import Numbers, checked
+from fem.support.arguments import Finite, Numbers, checked
 from fem.support.progress import bar, shown
 
 __all__ = ["root_stress"]
@@ -38,6 +40,7 @@ def root_stress(
     phases: Numbers = 30,
     *,
     offsets: Offsets | None = None,
+    ring_angle: Finite = 0.0,
     density: Density = ROOT,
     resolution: Resolution | None = None,
     executor: Executor | None = None,
@@ -53,6 +56,8 @@ def root_stress(
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
     offsets         offsets of the wheel, one value each
+    ring_angle      position of the mesh on a ring on `fem.Bolts`, as in a map [rad]; the bending of its rim adds to the
+                    stress in its roots
     density         density of the solid; stresses on the default one are within 1 to 4 % of those on finer solids
     resolution      resolution of the contact, as for a map
     executor        any `concurrent.futures.Executor`, which solves the contacts, a phase in each call; the finite
@@ -64,30 +69,40 @@ def root_stress(
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
     gears = pair.pinion, pair.wheel
     with shown(progress):
-        contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
+        contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution, ring_angle)
         columns = states_of(contacts, torque / pair.pinion.r_b, misalignment, executor, "contact")
         loads = [
             [flank_loads(contact, state) for state in column] for contact, column in zip(contacts, columns, strict=True)
         ]
         by_gear = [[[sides[gear] for sides in column] for column in loads] for gear in (0, 1)]
-        stresses = [_root_stresses(gear, density, columns) for gear, columns in zip(gears, by_gear, strict=True)]
+        stresses = [
+            _root_stresses(gear, density, contacts, columns) for gear, columns in zip(gears, by_gear, strict=True)
+        ]
     quantities = [[[getattr(state.quantities, x)[0] for state in column] for column in columns] for x in CONTACT]
     data = _dataset(torque, phase, np.stack(stresses), np.array(quantities).transpose(0, 2, 1))
     return data.assign_attrs(contact_inputs(pair, offsets, resolution) | gap_attribute(phase, floor(phase[-1]) + 1))
 
 
-def _root_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLoad]]]) -> np.ndarray:
+def _root_stresses(
+    gear: Gear, density: Density, contacts: list[ToothContact], columns: list[list[list[FlankLoad]]]
+) -> np.ndarray:
     """(2, n_torque, n_phase) stresses of `largest_in_roots` [Pa], under the loads on a gear by phase and torque."""
     all_loads = [load for column in columns for loads in column for load in loads]
     if not all_loads:
         return np.zeros((2, len(columns[0]), len(columns)))
-    elastic = gear_elasticity.solid_gear(gear, with_loaded_teeth(density, all_loads))
-    return np.stack([largest_in_roots(elastic, column) for column in bar(columns, "root stress")], axis=2)
+    elastic = gear_elasticity.solid_gear(gear, with_loaded_teeth(gear, density, all_loads))
+    angles = [contact.position.tooth_angle for contact in contacts]
+    stresses = map(partial(largest_in_roots, elastic), bar(columns, "root stress"), angles)
+    return np.stack(list(stresses), axis=2)
 
 
-def largest_in_roots(elastic: ElasticGear, cases: list[list[FlankLoad]]) -> np.ndarray:
-    """(2, n_case) largest stress in the roots of the loaded teeth, and at their 30 degree tangents [Pa]."""
-    u = elastic.displacement(np.stack([gear_elasticity.nodal_forces(elastic, loads) for loads in cases], axis=1))
+def largest_in_roots(elastic: ElasticGear, cases: list[list[FlankLoad]], angle: float = 0.0) -> np.ndarray:
+    """(2, n_case) largest stress in the roots of the loaded teeth, and at their 30 degree tangents [Pa].
+
+    angle   of tooth 0 of a ring on its supports [rad]
+    """
+    forces = np.stack([gear_elasticity.nodal_forces(elastic, loads) for loads in cases], axis=1)
+    u = elastic.displacement(forces, elastic.supports(angle))
     largest = np.zeros((2, len(cases)))
     for case, loads in enumerate(cases):
         for load in loads:

@@ -9,7 +9,6 @@ import fem
 from fem import Density
 from fem.reference.deformable_gear import DeformableGear, discretized, with_edges
 from fem.reference.mortar import MatingGears, PairGaps, pair_gaps
-from fem.reference.st_venant_kirchhoff import internal_force
 
 
 def deformable_gear(gear: fem.Gear, density: Density, element: Element, *, half: bool = False) -> DeformableGear:
@@ -30,7 +29,7 @@ def gaps_of(gears: MatingGears, phase: float, te: float, u=None, *, candidates=N
 
 def unbalanced_force(gear: DeformableGear, load: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Nodal forces (n_dofs, dim) [N] of a load that stresses under displacements u do not carry."""
-    return load.reshape(u.shape) - internal_force(gear.solid, u)
+    return load.reshape(u.shape) - gear.internal_force(u)
 
 
 def graded_twin(pair: fem.GearPair, density: Density, refined: int):

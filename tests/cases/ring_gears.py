@@ -38,3 +38,14 @@ def wind_turbine_stage(**options) -> fem.GearPair:
     return fem.GearPair(
         pinion, fem.Gear(z=-93, x=0.1171, d_rim=2300 * mm, cutter=cutter, **sizes | options), a=584 * mm
     )
+
+
+def bolted(**options) -> fem.Bolts:
+    """Bolts of a ring, by default eight."""
+    placed = {} if "angles" in options else {"number": 8}
+    return fem.Bolts(**placed | {"radial": 1e9, "tangential": 1e9, "width": 6 * mm} | options)
+
+
+def thin_ring_pair(support=()) -> fem.GearPair:
+    """Few teeth in a ring whose rim is 2.25 modules thick; its rim clamped by default."""
+    return fem.GearPair(planet(19), ring(-53, -0.1, rim=2.25, support=support))

@@ -1,5 +1,7 @@
 """A gear as its transverse section in plane strain, for the contact of `fem.contact.tooth_contact`."""
 
+from functools import partial
+
 import numpy as np
 from contacts import contact_of
 from line_contact import modulus
@@ -7,9 +9,12 @@ from whole_section import FACES
 
 import fem
 from fem import Density
-from fem.elasticity.flank_compliance import Compliance, uniform_load_compliance
+from fem.elasticity.flank_compliance import Compliance, flank_forces, uniform_load_compliance
 from fem.elasticity.half_space import along_line, half_plane
 from fem.elasticity.hat_functions import values_of_means
+from fem.elasticity.pitch_condensation import Prism
+from fem.elasticity.rim_bending import RimBending, rim_bending
+from fem.elasticity.rim_harmonics import rim_harmonics
 from fem.elasticity.section_mesh import flank_hats
 from fem.units import mm
 
@@ -32,9 +37,19 @@ def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
     values = values_of_means(arcs)
     blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
     blocks[0] -= line_flattening(gear.material, half, depth)
-    return Compliance(
-        arcs, np.array([0.0, half]), half, blocks[: density.teeth + 1], blocks[density.teeth + 1 :], FACES["equal"]
-    )
+    normal, along, rim = blocks[: density.teeth + 1], blocks[density.teeth + 1 :], plane_rim(gear, density, refined)
+    return Compliance(arcs, np.array([0.0, half]), half, normal, along, FACES["equal"], rim=rim)
+
+
+def plane_rim(gear: fem.Gear, density: Density, refined: int) -> RimBending | None:
+    """What the bending of a supported rim adds in plane strain."""
+    if not gear.support:
+        return None
+    prism, arcs = Prism(gear, None, np.ones((1, 1)), FACES["any"], clamped=False), flank_hats(gear, density)
+    harmonics = rim_harmonics(prism, density.refined(refined), partial(flank_forces, gear=gear, arcs=arcs))
+    flank = harmonics["flank"].reshape(-1, 2, 2, 1, arcs.size) @ values_of_means(arcs).T * np.ones((2, 1))
+    of_width = {"stiffness": harmonics["stiffness"] * gear.b}
+    return rim_bending(of_width, flank, gear.support, abs(gear.r_clamp), FACES["equal"].share, abs(gear.z))
 
 
 def twin_te(pair: fem.GearPair, twin: Compliance, phase: float, force: float) -> float:

@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
+from rexs_files import two_stages as two_stages_of_rexs
 from scenes import linear_law, smooth_box, smooth_map
 from skfem import ElementQuad1
 
@@ -58,6 +59,20 @@ def run_on_bearings() -> exugear.Run:
     ball = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
     model = exugear.build(smooth_box(parts={0 * mm: ball, 60 * mm: ball}))
     return exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.02, progress=False, checks=0)
+
+
+@cache
+def rolling_box() -> exugear.Gearbox:
+    """The paper's pair on two ball bearings a shaft."""
+    ball = exugear.RollingBearing.deep_groove(Z=9, D_w=12 * mm, D_pw=60 * mm, damping_time=2e-5)
+    return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
+
+
+@cache
+def run_on_rolling_bearings() -> exugear.Run:
+    """A short run on rolling bearings, with their displacements."""
+    options = {"displacement": True, "progress": False, "checks": 0}
+    return exugear.run_up(exugear.build(rolling_box()), speed=50.0, load=100.0, duration=0.01, **options)
 
 
 @cache
@@ -124,7 +139,8 @@ def instances() -> dict[str, Any]:
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         elastic_shaft(), linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
-        planetary(), exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
+        planetary(), exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
+        exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
@@ -162,6 +178,9 @@ def by_name() -> dict[str, Any]:
         "length": 0.1, "d": 0.1, "d_bore": 0.02, "factor": 1.5, "line_load": 1e5, "C_R": 1.0, "C_M": 0.8, "ax": ax,
         "bodies": [TRIANGLE], "touching": [TRIANGLE[0]], "label": "a", "colours": "viridis", "colour": "k",
         "width": 1.0, "top": 1.0, "rows": 1, "columns": 1, "spatial": (), "runs": {"a": made["Run"]},
+        "Z": 9, "D_w": 12 * mm, "D_pw": 60 * mm, "r_i": 6.3 * mm, "r_e": 6.4 * mm,
+        "alpha": 0.3, "clearance": 5 * um, "C": 2e4, "E": 2.1e11, "nu": 0.3, "L_we": 12 * mm, "laminae": 10,
+        "arrangement": "O", "spacing": 20 * mm, "preload": 100.0, "damping_time": 1e-5, "drag": None,
         "resonances": None,
         "points": TRIANGLE[0], "height": mm, "quads": np.array([[0], [1], [2], [0]]),
         "facets": np.array([[0, 4], [1, 5], [2, 6], [3, 7]]), "highest_order": 5.0, "decibels": 60.0, "pitches": 2.0,
@@ -173,7 +192,7 @@ def by_name() -> dict[str, Any]:
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
-        "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0,
+        "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0, "turns_of": None, "relative_to": None,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -208,7 +227,12 @@ def by_name() -> dict[str, Any]:
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
         "planetary_phases.sun_pair": SUN_PAIR, "planetary_phases.ring_pair": RING_PAIR, "planets": 3, "angles": None,
 
-        "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring",
+        "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
+        "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
+        "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
+        "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(), "shares": None,
+        "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
+        "under.force": [0.0, 0.0, 100.0, 0.0, 0.0], "displaced.displacement": np.zeros(5),
         "mesh_phases.harmonics": 2, "ratios.driving": "sun", "ratios.held": "ring",
         "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
@@ -232,6 +256,20 @@ def by_name() -> dict[str, Any]:
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special | of_signals(folder)
+
+
+def of_sets() -> dict[str, Any]:
+    """Arguments of functions of planetary sets, and of their plots."""
+    phases, turn, of_set = planetary().mesh_phases(), np.linspace(0.0, 40.0, 2001), planetary()
+    heard = exugear.recorded_signal(turn, np.ones(turn.size), np.cos(90 * turn))
+    numbers = {"harmonics": 1, "carrier_orders": 1, "members": [], "revolutions": None}
+    lines = exugear.side_bands(heard, of_set, harmonics=1, carrier_orders=1)
+    return {f"side_bands.{name}": value for name, value in numbers.items()} | {
+        "side_bands.signal": heard, "side_bands.planetary": of_set, "force_seen_from_ring.run": run_of_a_set(),
+        "ring": "ring", "reach": 1.0, "member_orbit.run": run_on_bearings(), "member_orbit.member": "fast",
+        "frame": "slow", "quantity": "force", "plot_mesh_phases.phases": phases, "plot_phase_sums.phases": phases,
+        "shares": exugear.planet_shares(run_of_a_set()), "plot_side_bands.lines": lines,
+    }  # fmt: skip
 
 
 def of_signals(folder: Path) -> dict[str, Any]:

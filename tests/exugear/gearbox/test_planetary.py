@@ -121,10 +121,14 @@ def test_sets_that_cannot_be_are_refused_in_words(changes, words):
         planetary(**changes)
 
 
-def test_unlike_planets_and_modules_are_refused():
-    coarse = fem.Gear(z=30, m_n=4 * mm, alpha_n=20 * deg, b=25 * mm, d_bore=30 * mm)
-    with pytest.raises(ValueError, match=r"must share the planet; z, m_n, beta are .*stepped planets are not built"):
-        planetary(ring_pair=exugear.RingPair(coarse, -90, a=-120 * mm))
+def test_unlike_planets_are_refused_unless_a_shaft_carries_both_gears():
+    coarse = fem.Gear(z=20, m_n=4 * mm, alpha_n=20 * deg, b=25 * mm, d_bore=30 * mm)
+    with pytest.raises(
+        ValueError, match=r"must share the planet, they have .*stepped planets are shafts: planet=Shaft"
+    ):
+        planetary(ring_pair=exugear.RingPair(coarse, -65, a=-90 * mm))
+    with pytest.raises(ValueError, match="step_angle and tooth belong to stepped planets"):
+        planetary(step_angle=0.1)
 
 
 def test_a_set_without_a_reaction_member_is_refused_with_the_remedy():

@@ -84,7 +84,7 @@ def test_shafts_take_the_spins_of_given_deflections(unreduced):
     box = two_stages(angle=90 * deg)
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
-    q = with_deflections(model, [1e-5, 2e-5], np.zeros(model.meshes[0].row.size), box.driving.name)
+    q = with_deflections(model, [1e-5, 2e-5], np.zeros(model.meshes[0].row.size), [box.driving.name])
     assert [mesh.row @ q for mesh in model.meshes] == pytest.approx([1e-5, 2e-5])
 
 
@@ -100,10 +100,10 @@ def test_loops_take_the_spins_at_which_deflections_agree(unreduced):
     box = square()
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
-    q = with_deflections(model, [1e-5, 2e-5, 2e-5, 1e-5], np.zeros(model.meshes[0].row.size), "a")
+    q = with_deflections(model, [1e-5, 2e-5, 2e-5, 1e-5], np.zeros(model.meshes[0].row.size), ["a"])
     assert [mesh.row @ q for mesh in model.meshes] == pytest.approx([1e-5, 2e-5, 2e-5, 1e-5])
     assert q[model.spins["a"]] == 0
-    deflections = [mesh.row @ with_deflections(model, [1e-5, 0, 0, 0], q, "a") for mesh in model.meshes]
+    deflections = [mesh.row @ with_deflections(model, [1e-5, 0, 0, 0], q, ["a"]) for mesh in model.meshes]
     assert deflections == pytest.approx([0.75e-5, 0.25e-5, -0.25e-5, 0.25e-5], abs=1e-12)
 
 

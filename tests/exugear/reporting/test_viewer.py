@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread, imsave
 from paper_gears import paper_pair
+from planetary_boxes import GEAR, PIN, SUN_PAIR, planar_box, planetary_box
 from scenes import smooth_box
 
 import exugear
@@ -93,3 +94,23 @@ def test_teeth_mesh_in_the_window(display, tmp_path):
     call = [sys.executable, "-c", SCRIPT, str(folder), str(path)]
     subprocess.run(call, env=os.environ | {"DISPLAY": display}, check=True, cwd=folder.parent, timeout=120)
     check_teeth(path)
+
+
+@pytest.mark.parametrize("on_pins", [False, True])
+def test_planets_orbit_with_their_carrier_in_mesh(on_pins):
+    """On ideal pins the planets are spins, which the graphics move; on elastic ones bodies that orbit."""
+    box = planar_box(bearings=PIN) if on_pins else planetary_box()
+    built = exugear.build(box)
+    exugear.draw(built)
+    exugear.run_up(built, speed=1.2 / 0.02, duration=0.02, load=100.0, progress=False, checks=0)
+    seen = exugear.picture(built, rotation=(0.0, 0.0, 0.0), size=(900, 900))
+    picture = np.asarray(seen, float) / max(1.0, float(np.max(seen)))
+    dark = picture[::-1, :, :3].mean(axis=2) < 0.97
+    rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
+    pixels = np.ptp(columns) / (2 * (135 + 9) * 1e-3)
+    middle = (columns[0] + columns[-1]) / 2 + 1j * (rows[0] + rows[-1]) / 2
+    phase = exugear.graphics.meshing_angles(SUN_PAIR, 0.0, box.flank_senses[0], phase=box.phases[0])[1]
+    centre = middle + pixels * SUN_PAIR.a * np.exp(1.2j * box.ratios["carrier"])
+    measured = tooth_angle(dark, centre, (GEAR.r_a + 3 * GEAR.r_f) / 4 * pixels, GEAR.z)
+    off = (measured - phase - 1.2 * box.ratios["planet 1"]) * GEAR.z / (2 * np.pi)
+    assert off - round(off) == pytest.approx(0, abs=0.05)

@@ -211,7 +211,8 @@ def test_keys_of_the_cache_hold_all_that_a_solution_depends_on():
     stamp = source_stamp("fem.elasticity.flank_compliance")
     sizes = "z=57, m_n=0.0026000000000000003, b=0.023, d_bore=0.06, d_rim=None, alpha_n=0.3490658503988659, beta=0.0, "
     tooth = "x=-0.1606589796889921, s_n=0.00378, d_a=0.1545, d_f=0.1417, rho_f=0.0009880000000000002, fillet=None, "
-    gear = f"Gear({sizes}{tooth}cutter=None, material=Material(E=210000000000.0, nu=0.3, density=7850.0), flank=())"
+    gear = f"Gear({sizes}{tooth}cutter=None, material=Material(E=210000000000.0, nu=0.3, density=7850.0), flank=(), "
+    gear += "support=())"
     section = "flank=16, fillet=3, land=1, tooth=4, rim=4, body=7"
     rest = "teeth=2, behind=1, divide=1, rim_power=1.0, edges=None)"
     assert solutions(paper_gear(flank=(LeadCrowning(5 * um),)), Density(width=4, behind=1), 0.023) == {

@@ -6,24 +6,24 @@ import numpy as np
 import pytest
 from contacts import contact_of
 from mating_gears import gaps_of, unbalanced_force
-from ring_gears import helical_ring_pair, planet, ring, ring_pair, wind_turbine_stage
+from ring_gears import bolted, helical_ring_pair, planet, ring, ring_pair, thin_ring_pair, wind_turbine_stage
 from skfem import ElementHex1, ElementHex2, ElementQuad2
 from twins import plane_twin
 
 import fem
 from fem import Density
-from fem.contact.resolution import MAP_DENSITY
 from fem.reference.nonlinear import equilibrium, static_problem, static_transmission_error
 from fem.units import mm, um
 
-COARSE = Density(flank=30)
+COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
 
 
 def plane_te(pair: fem.GearPair, torque: float, phases, density: Density = MAP_DENSITY) -> np.ndarray:
     """(n_phase,) te [m] by compliance and contact in plane strain, on the mesh of a map."""
     toothed = density.with_teeth(floor(pair.eps_alpha) + 1, behind=1)
     twins = tuple(plane_twin(gear, toothed, 2) for gear in (pair.pinion, pair.wheel))
-    return np.array([contact_of(pair, twins, phase, 1).state(torque / pair.pinion.r_b).te for phase in phases])
+    nearest = [phase - round(phase) for phase in phases]
+    return np.array([contact_of(pair, twins, phase, 1).state(torque / pair.pinion.r_b).te for phase in nearest])
 
 
 def test_gaps_at_rest_vanish_where_rigid_flanks_touch():
@@ -116,3 +116,15 @@ def test_nonlinear_statics_in_space_confirm_a_ring(measured):
     assert ste.mean() == pytest.approx(te.mean(), rel=2e-3)
     assert np.abs(ste - te).max() < 3.5e-3 * te.mean()
     assert np.ptp(ste) == pytest.approx(np.ptp(te), rel=5e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", [0.0, 0.25, 0.55])
+def test_nonlinear_statics_confirm_a_rim_that_bends_on_bolts(first, measured):
+    """Rim of 2.25 modules, all teeth meshed, bolts as springs, in plane strain: any phase within 0.5 %."""
+    pair, phases = thin_ring_pair(bolted(first=first)), [-0.3, 0.0, 0.3]
+    options = {"density": Density(flank=32), "progress": False}
+    expected = static_transmission_error(pair, 40, np.sort(np.array(phases) % 1), **options)["te"].values[0]
+    te = plane_te(pair, 40, np.sort(np.array(phases) % 1))
+    measured.cells(f"ring on bolts from {first} rad", *(f"{curve.mean() / um:.3f}" for curve in (te, expected)))
+    assert te == pytest.approx(expected, rel=5e-3)

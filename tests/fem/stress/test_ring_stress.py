@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ring_gears import COARSE, helical_ring_pair, ring_pair
+from ring_gears import COARSE, bolted, helical_ring_pair, ring_pair, thin_ring_pair
 
 import fem
 from fem import Density
@@ -20,7 +20,7 @@ def test_the_clamped_rim_takes_the_torque_of_the_ring(pair):
     state, force = contact.state(2000.0), 2000.0
     thrusts = []
     for gear, loads in zip((pair.pinion, pair.wheel), flank_loads(contact, state), strict=True):
-        elastic = gear_elasticity.solid_gear(gear, with_loaded_teeth(ROOT, loads))
+        elastic = gear_elasticity.solid_gear(gear, with_loaded_teeth(gear, ROOT, loads))
         nodal = gear_elasticity.nodal_forces(elastic, loads)
         f = elastic.in_fixed_axes(nodal)
         x, y = (part.ravel() for part in _positions(elastic))
@@ -55,3 +55,32 @@ def test_load_factors_and_distribution_of_a_helical_ring():
     factors = fem.load_factors(pair, [50], 4, resolution=COARSE, progress=False)
     assert 1 <= float(factors["K_H_beta"].values[0]) < 1.2
     assert float(factors["K_H_alpha"].values[0]) == pytest.approx(1)
+
+
+def test_the_root_of_a_thin_rim_is_bent_between_bolts():
+    """A stiff bush leaves the stress of the clamped rim; on bolts the bending of the rim relieves this root."""
+    options = {"density": ROOT, "resolution": COARSE, "progress": False}
+    stresses = [
+        fem.root_stress(thin_ring_pair(support), [50], [0.0], ring_angle=angle, **options)["root_stress"].values[
+            1, 0, 0
+        ]
+        for support, angle in (((), 0.0), (fem.Bush(radial=1e13, tangential=1e13), 0.0), (bolted(), 0.35))
+    ]
+    assert stresses[1] == pytest.approx(stresses[0], rel=0.02)
+    assert stresses[2] < 0.8 * stresses[0]
+
+
+def test_flanks_of_a_ring_on_bolts_touch_in_the_fields():
+    """Displacements of the section, on its springs, and te of the contact, by the condensed rim: within 6 % of te."""
+    pair = thin_ring_pair(bolted())
+    options = {"resolution": COARSE, "ring_angle": 0.35}
+    ste = fem.static_transmission_error(pair, 50, [0.0], resolution=COARSE, ring_angles=[0.35], progress=False)
+    pinion, wheel = fem.stress.plane_fields(pair, 50, 0.0, refine=4, **options)
+    turn = [field.turn * gear.r_b for field, gear in zip((pinion, wheel), (pair.pinion, pair.wheel), strict=True)]
+    assert abs(turn[0]) + abs(turn[1]) == pytest.approx(ste["te"].item(), rel=1e-6)
+    loaded = [field.points[:, field.pressure > 0.9 * field.pressure.max()] for field in (pinion, wheel)]
+    moved = [field.displacement[:, field.pressure > 0.9 * field.pressure.max()] for field in (pinion, wheel)]
+    assert loaded[0].mean(axis=1) == pytest.approx(loaded[1].mean(axis=1), abs=2e-4)
+    normal = np.array([np.sin(pair.alpha_wt), np.cos(pair.alpha_wt)])
+    closing = normal @ (moved[1].mean(axis=1) - moved[0].mean(axis=1))
+    assert abs(closing) == pytest.approx(ste["te"].item(), rel=0.06)

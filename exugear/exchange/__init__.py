@@ -1,0 +1,1 @@
+"""Gearboxes from and to files of other programs."""

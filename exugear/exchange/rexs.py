@@ -1,0 +1,136 @@
+"""Gearboxes from REXS files, which KISSsoft, the FVA-Workbench, Bearinx and others write."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from math import copysign
+
+import xarray as xr
+
+from exugear.exchange.rexs_file import read_file
+from exugear.exchange.rexs_loads import LoadCase, load_case, raw_cases, torque_balance
+from exugear.exchange.rexs_meshes import constant_map, mesh_of
+from exugear.exchange.rexs_reading import Account, Reading
+from exugear.exchange.rexs_train import Mesh, Set, Train
+from exugear.gearbox.gearbox import Gearbox
+from fem.support.arguments import FilePath, checked
+from fem.support.validation import require, require_within
+
+#: Torque on the driving shaft [N m] where a file holds none.
+ASSUMED_TORQUE = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class RexsModel:
+    """A gearbox and its load cases from a file: `gearbox, load_cases = exugear.read_rexs(path)`.
+
+    gearbox      `exugear.Gearbox`; None where the file holds no cylindrical gears, but bevel or worm stages alone
+    load_cases   list of load cases, whose `speed` and `load` a run takes
+    account      what was read, what was assumed, and what was left out; `print(model)` shows it
+    version, application   of the file
+    """
+
+    gearbox: Gearbox | None
+    load_cases: list[LoadCase]
+    account: Account = field(repr=False)
+    version: str = ""
+    application: str = ""
+
+    def __iter__(self) -> Iterator:
+        return iter((self.gearbox, self.load_cases))
+
+    def __str__(self) -> str:
+        box = repr(self.gearbox) if self.gearbox else "no gearbox: the file holds no cylindrical gears"
+        cases = [str(case) for case in self.load_cases]
+        return "\n".join([f"REXS {self.version} of {self.application}", box, *cases, str(self.account)])
+
+
+@checked
+def read_rexs(
+    path: FilePath,
+    *,
+    mesh: str | Callable = "fem",
+    damping_ratio: float = 0.06,
+    progress: bool = True,
+) -> RexsModel:
+    """The gearbox of a REXS file, version 1.0 to 2.0: XML, JSON, or a zip archive with either.
+
+    mesh            force law of the meshes: "fem", maps by finite elements up to 1.5 times the largest torque of the
+                    load cases; "iso6336", the constant stiffness of ISO 6336-1, method B, which excites nothing but is
+                    there at once; or a function of a `fem.GearPair` and that torque [N m] which returns an STE map
+    damping_ratio   of every mesh, which files do not hold
+    progress        whether to show bars with the time left
+
+    The axes u, v, w of the file become z, x, y. Cylindrical stages between parallel shafts and simple planetary stages
+    are read, with gears, tools, materials, sections, bearings and load cases; members of planetary stages only spin.
+    The account of the result tells all that was assumed or left out: bevel and worm stages, housings, lubricants,
+    tolerances.
+
+    Raises FileNotFoundError, and ValueError with line and remedy for a file that is broken, of another version, or
+    whose values have other units; and what gears and pairs refuse.
+    """
+    require_within("damping_ratio", damping_ratio, 0, 1, remedy="(6 % of the critical damping: 0.06)")
+    kinds = f'mesh must be "fem", "iso6336" or a function of pair and torque, got {mesh!r}'
+    require(callable(mesh) or mesh in ("fem", "iso6336"), kinds)
+    reading = Reading(read_file(path))
+    train = Train(reading)
+    gearbox: Gearbox | None = None
+    cases: list[LoadCase] = []
+    if train.members:
+        gearbox, cases = _gearbox(reading, train, mesh, damping_ratio, progress=progress)
+        reading.account.assumed("meshes", f"damping ratio {damping_ratio:g}")
+    reading.close()
+    return RexsModel(gearbox, cases, reading.account, reading.file.version, reading.file.application)
+
+
+def _gearbox(
+    reading: Reading, train: Train, mesh: str | Callable, damping_ratio: float, *, progress: bool
+) -> tuple[Gearbox, list[LoadCase]]:
+    """The gearbox, whose maps reach as far as the mesh forces of the load cases need."""
+    train.begin()
+    raw = raw_cases(reading, train.layouts)
+    first = train.first_shaft
+    members = train.in_order(first)
+    ends = _ends(train, members, first)
+    trial = _with_constant_laws(train, members, damping_ratio, ends)
+    driving, driven = ends["driving"], ends["driven"]
+    powers = [torque_balance(case, trial.ratios, driving, driven) * case.speeds.get(first, 1.0) for case in raw]
+    if sum(powers) < 0:
+        ends = {"driving": ends["driven"], "driven": ends["driving"]}
+        members = train.in_order(ends["driving"])
+        trial = _with_constant_laws(train, members, damping_ratio, ends)
+    cases = [load_case(case, trial.ratios, ends["driving"], ends["driven"]) for case in raw]
+    forces = _largest_forces(reading, trial, cases)
+    train.note(members)
+    laws, sequence = [], iter(zip(trial.stages, forces, strict=True))
+    for member in members:
+        pairs = train.pairs(member)
+        stages = [next(sequence) for _ in range(2 * len(member.planets) if isinstance(member, Set) else 1)]
+        for (pair, offset), (stage, force) in zip(pairs, stages, strict=False):
+            axial = copysign(1.0, trial.ratios.get(stage.fast.name) or 1.0) * offset
+            laws.append(mesh_of(mesh, pair, force * pair.pinion.r_b, axial, progress=progress))
+    return train.gearbox(members, laws, damping_ratio, **ends), cases
+
+
+def _ends(train: Train, members: list[Mesh | Set], first: str) -> dict[str, str]:
+    """Driving and driven shaft: the first one, and another with a load, else the end of the train."""
+    names = [name for member in members for name in member.shafts]
+    free = [name for name in names if name != first and name not in train.held]
+    loaded = [name for name in train.loaded_shafts() if name in free]
+    ends = [name for name in reversed(free) if names.count(name) == 1]
+    return {"driving": first, "driven": next(iter([*loaded, *ends]), free[-1])}
+
+
+def _with_constant_laws(train: Train, members: list[Mesh | Set], damping_ratio: float, ends: dict[str, str]) -> Gearbox:
+    """The gearbox with laws that are there at once, for its ratios and mesh forces."""
+    pairs = [(pair, offset) for member in members for pair, offset in train.pairs(member)]
+    laws: list[xr.Dataset] = [constant_map(pair, 100.0, 0.0) for pair, _ in pairs]
+    return train.gearbox(members, laws, damping_ratio, **ends)
+
+
+def _largest_forces(reading: Reading, gearbox: Gearbox, cases: list[LoadCase]) -> list[float]:
+    """Mesh force [N] of each stage that is the largest over the load cases."""
+    load = max(abs(case.load) for case in cases)
+    if load == 0:
+        reading.account.assumed("meshes", f"{ASSUMED_TORQUE:g} N m on the driving shaft, as the file holds no torque")
+        load = ASSUMED_TORQUE / abs(gearbox.ratios[gearbox.driven.name])
+    return [abs(force) for force in gearbox.static_forces(load)]

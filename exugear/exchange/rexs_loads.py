@@ -1,0 +1,131 @@
+"""Load cases of a REXS file: speed and load for a run, all torques and forces, and the share of time."""
+
+from dataclasses import dataclass, field
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.exchange.rexs_file import Component
+from exugear.exchange.rexs_reading import Reading
+from exugear.exchange.rexs_shafts import ShaftLayout
+from fem.support.representation import quantity
+from fem.support.validation import require
+
+FORCES = "force_u_direction", "force_v_direction", "force_w_direction"
+MOMENTS = "torque_around_v_axis", "torque_around_w_axis"
+
+
+class ShaftForce(NamedTuple):
+    """An outside force on a shaft: at an axial position [m], (3,) force x, y, z [N], (2,) moment about x, y [N m]."""
+
+    shaft: str
+    axial: float
+    force: tuple[float, float, float]
+    moment: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """A load case: `exugear.run_up(gearbox, speed=(0, case.speed), load=case.load, ...)`.
+
+    name       of the load case
+    speed      of the driving shaft [rad/s]
+    load       torque on the driven shaft [N m]
+    fraction   share of the time, by default 1
+    torques    on the shafts as the file holds them, by name, about z [N m]
+    forces     `ShaftForce` on the shafts, which runs do not apply
+    """
+
+    name: str
+    speed: float
+    load: float
+    fraction: float = 1.0
+    torques: dict[str, float] = field(default_factory=dict)
+    forces: tuple[ShaftForce, ...] = ()
+
+    def __str__(self) -> str:
+        speed = quantity(self.speed * 30 / pi, "rpm")
+        return f"{self.name}: {speed}, {quantity(self.load, 'N m')}, {quantity(100 * self.fraction, '%')} of the time"
+
+
+class RawCase(NamedTuple):
+    """What the file holds of a load case: speeds [rad/s] and torques [N m] by shaft, forces and the share of time."""
+
+    name: str
+    speeds: dict[str, float]
+    torques: dict[str, float]
+    powers: dict[str, float]
+    forces: list[ShaftForce]
+    fraction: float
+
+
+def raw_cases(reading: Reading, layouts: dict[str, ShaftLayout]) -> list[RawCase]:
+    """The load cases of a file, or the load that the components hold themselves."""
+    listed: list[dict[str, Component]] = [*reading.file.load_cases] or [{}]
+    return [_raw_case(reading, layouts, case, number) for number, case in enumerate(listed, start=1)]
+
+
+def _raw_case(reading: Reading, layouts: dict[str, ShaftLayout], case: dict[str, Component], number: int) -> RawCase:
+    def value(component: Component, name: str, unit: str) -> float | None:
+        """Of the load case, or of the component itself."""
+        for owner in (case.get(component.id), component):
+            if owner is not None and reading.has(owner, name):
+                return reading.number(owner, name, unit)
+        return None
+
+    raw = RawCase(f"load case {number}", {}, {}, {}, [], 1.0)
+    for unit in reading.file.of_type("gear_unit"):
+        reading.use(unit)
+        fraction = value(unit, "load_duration_fraction", "1")
+        raw = raw if fraction is None else raw._replace(fraction=fraction)
+    for layout in layouts.values():
+        speed = value(layout.component, "rotational_speed", "rad/s")
+        reading.flag(layout.component, "defines_speed")
+        if speed is not None:
+            raw.speeds[layout.name] = layout.sense * speed
+        for load in reading.parts_of(layout.component, "external_load"):
+            reading.use(load)
+            reading.flag(load, "transmits_torque"), reading.flag(load, "defines_torque")
+            axial = layout.axial(reading.number(load, "u_coordinate_on_shaft", "m", 0.0))
+            torque, power = value(load, "torque_around_u_axis", "N m"), value(load, "power", "W")
+            if torque is not None:
+                raw.torques[layout.name] = raw.torques.get(layout.name, 0.0) + layout.sense * torque
+            elif power is not None:
+                raw.powers[layout.name] = power
+            u, v, w = (value(load, name, "N") or 0.0 for name in FORCES)
+            about_v, about_w = (value(load, name, "N m") or 0.0 for name in MOMENTS)
+            if np.any([u, v, w, about_v, about_w]):
+                force = ShaftForce(layout.name, axial, (v, w, u), (about_v, about_w))
+                raw.forces.append(force)
+                words = f"{raw.name}: force and moment are kept in its forces, runs do not apply them"
+                reading.account.left_out(load.title, words)
+    return raw
+
+
+def load_case(raw: RawCase, ratios: dict[str, float], driving: str, driven: str) -> LoadCase:
+    """The load case of a train with these speeds over that of the driving shaft."""
+    speeds = [speed / ratios[name] for name, speed in raw.speeds.items() if ratios.get(name)]
+    speed = speeds[0] if speeds else 0.0
+    unlike = f"speeds of {raw.name} contradict the ratios: {raw.speeds}; keep that of one shaft"
+    require(all(abs(x - speed) <= 1e-3 * abs(speed) for x in speeds), unlike)
+    return LoadCase(
+        raw.name,
+        speed,
+        torque_balance(raw, ratios, driving, driven, speed),
+        raw.fraction,
+        dict(raw.torques),
+        tuple(raw.forces),
+    )
+
+
+def torque_balance(raw: RawCase, ratios: dict[str, float], driving: str, driven: str, speed: float = 1.0) -> float:
+    """Torque on the driven shaft that balances those of the file [N m], > 0 where the driving one is > 0 about z."""
+    torques = dict(raw.torques)
+    for name, power in raw.powers.items():
+        if ratios.get(name) and speed:
+            torques[name] = power / (ratios[name] * speed)
+    power = sum(torque * ratios.get(name, 0.0) for name, torque in torques.items() if name != driven)
+    if driven in torques and power == 0:
+        power = -torques[driven] * ratios[driven]
+    return power / abs(ratios[driven]) if ratios[driven] else 0.0

@@ -1,0 +1,175 @@
+"""Shafts of a REXS file: their position, sections, and what lies where on them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from exugear.exchange.rexs_bearings import BEARINGS, bearing_of
+from exugear.exchange.rexs_file import Component
+from exugear.exchange.rexs_gears import GEARS, ShaftAt
+from exugear.exchange.rexs_reading import Reading
+from exugear.gearbox.shaft import Disc
+from fem.support.validation import require
+from fem.units import mm
+
+#: Largest sine of the angle between axes that count as parallel, and least length of a piece of a shaft [m].
+PARALLEL, SHORTEST = 1e-6, 1e-6
+#: Most components to each of which the position of another one refers.
+MOST_REFERENCES = 20
+
+
+@dataclass
+class ShaftLayout:
+    """A shaft as it lies in the gearbox: x, y [m], z of its begin and sense of its u axis, and its sections.
+
+    known             whether position and begin are those of the file, or follow from a stage
+    pieces            (begin, end, mean outer and inner diameter) of its sections along u [m]
+    """
+
+    component: Component
+    name: str
+    position: tuple[float, float] = (0.0, 0.0)
+    begin: float = 0.0
+    known: bool = False
+    sense: int = 1
+    pieces: list[tuple[float, float, float, float]] = field(default_factory=list)
+
+    @property
+    def sections(self) -> list[tuple[float, float, float, float]]:
+        """(begin, end, mean outer and inner diameter) along z [m]."""
+        ends = [(*sorted([self.axial(low), self.axial(high)]), *diameters) for low, high, *diameters in self.pieces]
+        return [(begin, end, outer, inner) for begin, end, outer, inner in ends]
+
+    def axial(self, u: float) -> float:
+        """Axial position in the gearbox [m] of a coordinate u on the shaft."""
+        return self.begin + self.sense * u
+
+    def at(self, axial: float) -> ShaftAt:
+        """Diameters at an axial position."""
+        inside = [x for x in self.sections if x[0] - SHORTEST <= axial <= x[1] + SHORTEST]
+        if not inside:
+            return ShaftAt(None, None)
+        return ShaftAt(max(x[2] for x in inside), min(x[3] for x in inside))
+
+    def bare_discs(self, faces: list[tuple[float, float]], density: float) -> list[tuple[float, Disc]]:
+        """The material of the sections outside the faces of the gears, which count the shaft below them."""
+        discs = []
+        for begin, end, outer, inner in self.sections:
+            for low, high in _outside(begin, end, faces):
+                discs.append(((low + high) / 2, Disc.cylinder(high - low, outer, inner, density)))
+        return discs
+
+
+def _outside(begin: float, end: float, faces: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Parts of a range outside others."""
+    parts = [(begin, end)]
+    for low, high in faces:
+        parts = [cut for a, b in parts for cut in ((a, min(b, low)), (max(a, high), b)) if cut[1] - cut[0] > SHORTEST]
+    return parts
+
+
+def position_of(reading: Reading, component: Component, depth: int = 0) -> np.ndarray | None:
+    """(3,) position (u, v, w) [m] of a component in the gear unit, None where the file does not hold it."""
+    place = reading.vector(component, "support_vector", "m")
+    if place is None:
+        return None
+    require(place.shape == (3,), f"support_vector of {component.title} must hold 3 numbers, got {place.size}")
+    reading.vector(component, "w_axis_vector", "m")
+    reference = reading.file.components.get(reading.text(component, "reference_component_for_position"))
+    if reference is None or reference.id == component.id or depth > MOST_REFERENCES:
+        return place
+    base = position_of(reading, reference, depth + 1)
+    return place if base is None else place + base
+
+
+def layout_of(reading: Reading, component: Component, name: str) -> ShaftLayout:
+    """Where a shaft lies, with its sections. ValueError for an axis that is not parallel to u."""
+    reading.use(component)
+    place, axis = position_of(reading, component), reading.vector(component, "u_axis_vector", "m")
+    layout = ShaftLayout(component, name)
+    if place is not None:
+        layout.begin, layout.position, layout.known = float(place[0]), (float(place[1]), float(place[2])), True
+    if axis is not None:
+        unit = axis / np.linalg.norm(axis)
+        crossed = f"the axis of {component.title} lies along {np.round(unit, 6).tolist()}"
+        require(bool(np.hypot(*unit[1:]) < PARALLEL), f"{crossed}; only shafts parallel to u are modelled")
+        layout.sense = 1 if unit[0] > 0 else -1
+    for section in reading.parts_of(component, "shaft_section"):
+        reading.use(section)
+        begin = reading.number(section, "u_coordinate_on_shaft", "m")
+        length = reading.number(section, "length", "m")
+        outer, inner = (
+            mean_diameter(*(reading.number(section, f"{side}_diameter_{end}", "m", 0.0) for end in ("begin", "end")))
+            for side in ("outer", "inner")
+        )
+        if length > SHORTEST and outer > inner:
+            layout.pieces.append((begin, begin + length, outer, inner))
+    return layout
+
+
+def mean_diameter(begin: float, end: float) -> float:
+    """Diameter of the cylinder with the volume of a cone [m]."""
+    return float(np.sqrt((begin**2 + begin * end + end**2) / 3))
+
+
+def gear_position(reading: Reading, layout: ShaftLayout, component: Component) -> float:
+    """Axial position of a gear's mid-plane [m]: that of its own position, or from its coordinate on the shaft.
+
+    In version 1.0 this coordinate is that of the first face.
+    """
+    place, u = position_of(reading, component), u_of_gear(reading, component)
+    return layout.axial(u) if place is None else float(place[0])
+
+
+def u_of_gear(reading: Reading, component: Component) -> float:
+    """Coordinate of a gear's mid-plane on its shaft [m]."""
+    half = reading.number(component, "face_width", "m") / 2 if reading.file.version == "1.0" else 0.0
+    return reading.number(component, "u_coordinate_on_shaft", "m", 0.0) + half
+
+
+def bearings_of(reading: Reading, layout: ShaftLayout) -> dict[float, object]:
+    """Bearings of a shaft by axial position [m]; one against another shaft counts as one in the housing."""
+    bearings: dict[float, object] = {}
+    for relation in reading.file.related("side", inner_part=layout.component.id):
+        component = reading.file.components[relation.roles.get("assembly", layout.component.id)]
+        if component.type not in BEARINGS:
+            continue
+        axial = layout.axial(reading.number(component, "u_coordinate_on_shaft_inner_side", "m"))
+        reading.number(component, "u_coordinate_on_shaft_outer_side", "m", 0.0)
+        position_of(reading, component)
+        reading.vector(component, "u_axis_vector", "m")
+        outer = reading.file.components.get(relation.roles.get("outer_part", ""))
+        if outer is not None and outer.type == "shaft":
+            apart = f"stands in the housing instead of on {outer.title}, as bearings between shafts are not modelled"
+            reading.account.assumed(component.title, apart)
+        elif outer is not None:
+            reading.use(outer)
+        bearings[_free(axial, bearings)] = bearing_of(reading, component, layout.at(axial).outer)
+    return bearings
+
+
+def _free(axial: float, bearings: dict[float, object]) -> float:
+    """The axial position, moved by a micrometre where a bearing stands already."""
+    while axial in bearings:
+        axial += SHORTEST
+    return axial
+
+
+def gears_on(reading: Reading, component: Component) -> list[Component]:
+    """Gears of a shaft in the order of the file."""
+    return reading.parts_of(component, *GEARS)
+
+
+def masses_of(reading: Reading, layout: ShaftLayout) -> list[tuple[float, Disc]]:
+    """Additional masses of a shaft as discs."""
+    discs = []
+    for part in reading.parts_of(layout.component, "additional_mass"):
+        mass = reading.number(part, "mass_of_component", "kg", 0.0)
+        polar = reading.number(part, "moment_of_inertia_u_axis", "kg m^2", 0.0)
+        axial = layout.axial(reading.number(part, "u_coordinate_on_shaft", "m", 0.0))
+        if mass > 0 and polar > 0:
+            reading.use(part)
+            transverse = reading.number(part, "moment_of_inertia_v_axis", "kg m^2", 0.0) or polar / 2
+            discs.append((axial, Disc(mass, polar, transverse)))
+            reading.account.read(part.title, f"disc of {mass:g} kg at {axial / mm:g} mm")
+    return discs

@@ -1,0 +1,432 @@
+"""The gear train of a REXS file: stages between shafts and planetary sets, in the order of the power."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from math import atan2, cos, hypot, sin
+from typing import Any
+
+import xarray as xr
+
+from exugear.exchange.rexs_bearings import BEARINGS, STIFF, bearing_of
+from exugear.exchange.rexs_file import Component
+from exugear.exchange.rexs_gears import density_of, gear_of, tip_of
+from exugear.exchange.rexs_reading import Reading
+from exugear.exchange.rexs_shafts import (
+    ShaftLayout,
+    bearings_of,
+    gear_position,
+    gears_on,
+    layout_of,
+    masses_of,
+    position_of,
+    u_of_gear,
+)
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.planetary import Planetary
+from exugear.gearbox.shaft import Disc, Shaft
+from exugear.gearbox.stage import Stage
+from fem.gear.gear import Gear
+from fem.pair.pair import GearPair
+from fem.support.validation import require
+from fem.units import mm, um
+
+#: Largest difference between the centre distance of a stage and the distance of its shafts [m].
+CLOSE = 0.05 * mm
+#: Backlash that counts as none, and that which is assumed where the file holds none [modules].
+NO_BACKLASH, ASSUMED_BACKLASH = 1e-3, 0.04
+#: Step by which tips are shortened [modules], and most steps.
+SHORTENING, SHORTENINGS = 0.02, 25
+#: Couplings that hold a shaft where they lead to the housing.
+COUPLINGS = "coupling", "switchable_coupling"
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A cylindrical stage: its component, and the two gears with their shafts, the driving one first."""
+
+    component: Component
+    gears: tuple[Component, Component]
+    shafts: tuple[str, ...]
+
+    @property
+    def reversed(self) -> "Mesh":
+        """The same with the other gear as pinion."""
+        return Mesh(self.component, self.gears[::-1], self.shafts[::-1])
+
+
+@dataclass(frozen=True)
+class Set:
+    """A planetary stage: its component, shafts of sun, ring and carrier, gears of sun and ring, and planets.
+
+    planets   shaft and gear of each planet
+    """
+
+    component: Component
+    shafts: tuple[str, ...]
+    sun: Component
+    ring: Component
+    planets: tuple[tuple[ShaftLayout, Component], ...]
+
+
+class Train:
+    """Stages and sets of a file with their shafts and gears, of which gearboxes are made."""
+
+    def __init__(self, reading: Reading):
+        self.reading = reading
+        self.layouts: dict[str, ShaftLayout] = {}
+        self._names: dict[str, str] = {}
+        file = reading.file
+        sets = [self._set(stage) for stage in file.of_type("planetary_stage")]
+        stages = [
+            stage for stage in file.of_type("cylindrical_stage") if not reading.owner_of(stage, "planetary_stage")
+        ]
+        self.members: list[Mesh | Set] = [*sets, *(self._mesh(stage) for stage in stages)]
+        for stage in file.of_type("cylindrical_stage"):
+            reading.use(stage)
+        self._place_shafts()
+        self.held = [name for each in sets for name in each.shafts if self._is_held(self.layouts[name])]
+        self._gears: dict[str, tuple[float, Gear]] = {}
+        self._shafts: dict[str, Shaft] = {}
+
+    def _place_shafts(self) -> None:
+        """Positions that the file does not hold follow from the stages: distance, angle, gears opposite each other."""
+        planets = [layout for member in self.members if isinstance(member, Set) for layout, _ in member.planets]
+        layouts = {layout.component.id: layout for layout in (*self.layouts.values(), *planets)}
+        if all(layout.known for layout in layouts.values()):
+            return
+        links = []
+        for stage in self.reading.file.of_type("cylindrical_stage"):
+            gears = gears_of_stage(self.reading, stage)
+            owners = [self.reading.owner_of(gear, "shaft") for gear in gears]
+            a = abs(self.reading.number(stage, "center_distance", "m"))
+            # about -u from w: v = a sin, w = a cos
+            angle = self.reading.number(stage, "rotating_angle_around_neg_u_axis", "rad")
+            links.append(([layouts[x.id] for x in owners], gears, (a * sin(angle), a * cos(angle))))  # type: ignore[union-attr]
+        if not any(layout.known for layout in layouts.values()):
+            links[0][0][0].known = True
+        for _ in layouts:
+            for (first, second), gears, (x, y) in links:
+                for known, unknown, sign in ((first, second, 1), (second, first, -1)):
+                    if known.known and not unknown.known:
+                        unknown.position = known.position[0] + sign * x, known.position[1] + sign * y
+                        own, mate = gears if known is first else gears[::-1]
+                        opposite = known.axial(u_of_gear(self.reading, own))
+                        unknown.known = True
+                        unknown.begin = opposite - unknown.sense * u_of_gear(self.reading, mate)
+                        words = "position from its stage, as the file does not hold it"
+                        self.reading.account.assumed(unknown.component.title, words)
+        for member in self.members:
+            if isinstance(member, Set):
+                sun, _, carrier = (self.layouts[name] for name in member.shafts)
+                if not carrier.known:
+                    carrier.position, carrier.begin, carrier.known = sun.position, sun.begin, sun.known
+        lost = [layout.component.title for layout in layouts.values() if not layout.known]
+        require(not lost, f"positions of {lost} do not follow from stages; export support_vector")
+
+    def begin(self) -> None:
+        """Make all gears and shafts, each once."""
+        components = [gear for member in self.members for gear in _gears_of_member(member)]
+        on_shafts = {
+            name: [gear for gear in gears_on(self.reading, layout.component) if gear in components]
+            for name, layout in self.layouts.items()
+        }
+        for name, gears in on_shafts.items():
+            self._gears |= {gear.id: self._placed_gear(self.layouts[name], gear) for gear in gears}
+        for member in self.members:
+            if isinstance(member, Set):
+                self._gears |= {gear.id: self._placed_gear(layout, gear) for layout, gear in member.planets}
+                planets = {self._gears[gear.id][1] for _, gear in member.planets}
+                require(len(planets) == 1, f"planets of {member.component.title} differ, which is not read: {planets}")
+        for member in self.members:
+            for pinion, wheel, a in self._mates(member):
+                self._shorten(pinion, wheel, a)
+        for name, gears in on_shafts.items():
+            self._shafts[name] = self._shaft(name, [self._gears[gear.id] for gear in gears])
+
+    @property
+    def first_shaft(self) -> str:
+        """The shaft whose speed the file defines, else that of the first gear."""
+        defining = (x.name for x in self.layouts.values() if self.reading.flag(x.component, "defines_speed"))
+        return next(defining, self.members[0].shafts[0])
+
+    def loaded_shafts(self) -> list[str]:
+        """Shafts with an outside load that transmits torque."""
+        loads = {name: self.reading.parts_of(x.component, "external_load") for name, x in self.layouts.items()}
+        return [name for name, x in loads.items() if any(self.reading.flag(load, "transmits_torque") for load in x)]
+
+    def in_order(self, first: str) -> list[Mesh | Set]:
+        """Members from the first shaft on, the driving gear first; ValueError where some are not coupled to it."""
+        reached, ordered, left = {first}, [], [*self.members]
+        while left:
+            coupled = [member for member in left if reached & {*member.shafts}]
+            if not coupled:
+                apart = sorted({name for member in left for name in member.shafts})
+                unit = (
+                    f"the shafts {apart} of {self.reading.file.path} are not coupled to {first!r} by cylindrical stages"
+                )
+                raise ValueError(f"{unit}; export one gear train")
+            for member in coupled:
+                left.remove(member)
+                turned = isinstance(member, Mesh) and member.shafts[0] not in reached
+                ordered.append(member.reversed if turned else member)  # type: ignore[union-attr]
+                reached |= {*member.shafts}
+        return ordered
+
+    def pairs(self, member: Mesh | Set) -> list[tuple[GearPair, float]]:
+        """Pairs of a member, of a set those of sun and ring, with the z of the wheel from the pinion [m]."""
+        pairs = []
+        for pinion, wheel, a in self._mates(member):
+            (z_1, first), (z_2, second) = self._gears[pinion.id], self._gears[wheel.id]
+            pairs.append((GearPair(first, second, a=a), z_2 - z_1 if isinstance(member, Mesh) else 0.0))
+        return pairs
+
+    def _mates(self, member: Mesh | Set) -> list[tuple[Component, Component, float]]:
+        """Gears that mesh and their centre distance [m]; of a set those of the first planet."""
+        if isinstance(member, Mesh):
+            return [(*member.gears, self._centre_distance(member))]
+        layout, planet = member.planets[0]
+        centre = self.layouts[member.shafts[0]].position
+        a = hypot(layout.position[0] - centre[0], layout.position[1] - centre[1])
+        return [(member.sun, planet, a), (planet, member.ring, a)]
+
+    def _shorten(self, pinion: Component, wheel: Component, a: float) -> None:
+        """Shorten tips, whose diameters the file does not hold, until they clear the roots of their mates."""
+        free = [gear for gear in (wheel, pinion) if "d_a" not in tip_of(gear)]
+        for gear in free:
+            full = self._gears[gear.id][1]
+            for step in range(SHORTENINGS + 1):
+                shorter = replace(full, d_a=full.d_a - 2 * step * SHORTENING * full.m_n)
+                first, second = (shorter if x is gear else self._gears[x.id][1] for x in (pinion, wheel))
+                if _run_together(first, second, a):
+                    break
+            else:
+                continue
+            if step:
+                alike = [x for x in self._gears if self._gears[x][1] == full]
+                self._gears |= {x: (self._gears[x][0], shorter) for x in alike}
+                words = f"tip shortened by {step * SHORTENING:.2g} m_n to clear the mate's root"
+                self.reading.account.assumed(gear.title, f"{words}: d_a = {shorter.d_a / mm:.6g} mm")
+            return
+
+    def gearbox(self, members: Iterable[Mesh | Set], laws: list[xr.Dataset], damping_ratio: float, **ends) -> Gearbox:
+        """The gearbox with a map for each pair of the members, in their order."""
+        given = iter(laws)
+        parts: Any = []
+        for member in members:
+            if isinstance(member, Set):
+                parts.append(self._planetary(member, next(given), next(given), damping_ratio))
+            else:
+                parts.append(self._stage(member, next(given), damping_ratio))
+        return Gearbox(parts, held=tuple(self.held), **ends)
+
+    def note(self, members: Iterable[Mesh | Set]) -> None:
+        """Note the pairs and what is assumed of them."""
+        for member in members:
+            for pair, _ in self.pairs(member):
+                self.reading.account.read(member.component.title, f"{pair}")
+                _, assumed = self._backlash(member.component, pair)
+                if assumed:
+                    self.reading.account.assumed(member.component.title, assumed)
+        for name in self.held:
+            self.reading.account.read(self.layouts[name].component.title, "held by the housing")
+
+    def _layout(self, component: Component) -> ShaftLayout:
+        """The layout of a shaft, made once."""
+        if component.id not in self._names:
+            plain = (component.name or f"shaft {component.id}").replace("$", "").lstrip("_") or f"shaft {component.id}"
+            name = f"{plain} [{component.id}]" if plain in self.layouts else plain
+            self._names[component.id] = name
+            self.layouts[name] = layout_of(self.reading, component, name)
+        return self.layouts[self._names[component.id]]
+
+    def _shaft_of(self, gear: Component) -> ShaftLayout:
+        owner = self.reading.owner_of(gear, "shaft")
+        require(owner is not None, f"{gear.title} stands on no shaft; export its relations")
+        return self._layout(owner)  # type: ignore[arg-type]
+
+    def _mesh(self, stage: Component) -> Mesh:
+        gears = gears_of_stage(self.reading, stage)
+        return Mesh(stage, gears, tuple(self._shaft_of(gear).name for gear in gears))
+
+    def _set(self, stage: Component) -> Set:
+        """The set of a planetary stage: its shafts by their relations, its gears by its meshes."""
+        reading, file = self.reading, self.reading.file
+        reading.use(stage)
+
+        def shafts(type: str) -> list[Component]:
+            related = file.related(type, planetary_stage=stage.id)
+            return [file.components[relation.roles["shaft"]] for relation in related]
+
+        central, carriers, planets = (shafts(f"{x}_shaft") for x in ("central", "planet_carrier", "planet"))
+        gears = {shaft.id: gears_on(reading, shaft) for shaft in central}
+        rings = [gear for x in gears.values() for gear in x if gear.type == "ring_gear"]
+        suns = [gear for x in gears.values() for gear in x if gear.type != "ring_gear"]
+        simple = len(rings) == len(suns) == 1 and carriers and planets
+        kinds = f"{len(suns)} suns, {len(rings)} rings, {len(planets)} planets"
+        require(bool(simple), f"{stage.title} has {kinds}; sets of one sun, one ring and planets between are read")
+        on_planets = []
+        for shaft in planets:
+            own = gears_on(reading, shaft)
+            require(len(own) == 1, f"{shaft.title} carries {len(own)} gears; stepped planets are not read")
+            on_planets.append((layout_of(reading, shaft, shaft.name or f"planet {shaft.id}"), own[0]))
+        carrier = self._layout(carriers[0])
+        for further in carriers[1:]:
+            self._names[further.id] = carrier.name
+            reading.use(further)
+        sun, ring = (self._shaft_of(gear) for gear in (suns[0], rings[0]))
+        return Set(stage, (sun.name, ring.name, carrier.name), suns[0], rings[0], tuple(on_planets))
+
+    def _is_held(self, layout: ShaftLayout) -> bool:
+        """Whether an engaged coupling leads from a shaft to the housing."""
+        for role in ("inner_part", "outer_part"):
+            for relation in self.reading.file.related("side", **{role: layout.component.id}):
+                parts = [self.reading.file.components[id] for id in relation.roles.values()]
+                coupling = next((part for part in parts if part.type in COUPLINGS), None)
+                if coupling is not None and any(part.type == "gear_casing" for part in parts):
+                    self.reading.use(coupling)
+                    states = self.reading.flags(coupling, "is_engaged", default=True)
+                    return any(states)
+        return False
+
+    def _placed_gear(self, layout: ShaftLayout, component: Component) -> tuple[float, Gear]:
+        axial = gear_position(self.reading, layout, component)
+        self.reading.vector(component, "u_axis_vector", "m")
+        return axial, gear_of(self.reading, component, layout.at(axial))
+
+    def _shaft(self, name: str, gears: list[tuple[float, Gear]]) -> Shaft:
+        layout = self.layouts[name]
+        parts: dict[float, list] = {}
+        faces = [(axial - gear.b / 2, axial + gear.b / 2) for axial, gear in gears]
+        density = density_of(self.reading, layout.component)
+        discs = [*layout.bare_discs(faces, density), *masses_of(self.reading, layout)]
+        of_set = next((x for x in self.members if isinstance(x, Set) and name in x.shafts), None)
+        if of_set is None:
+            bearings = bearings_of(self.reading, layout)
+        else:
+            bearings = {}
+            self.reading.account.assumed(
+                layout.component.title, "ideal bearings, as members of planetary sets only spin"
+            )
+        if of_set and name == of_set.shafts[2]:
+            discs += self._carrier_discs(of_set, bare=not discs)
+        for axial, part in [*gears, *discs, *bearings.items()]:
+            parts.setdefault(axial, []).append(part)
+        shaft = Shaft(name, {axial: tuple(group) if len(group) > 1 else group[0] for axial, group in parts.items()})
+        self.reading.account.read(layout.component.title, f"{len(layout.sections)} sections, {shaft.mass:.4g} kg")
+        return shaft
+
+    def _carrier_discs(self, each: Set, *, bare: bool) -> list[tuple[float, Disc]]:
+        """Side plates of a carrier; where it has no body at all, a disc of steel over its planets, as wide as they."""
+        discs = []
+        for carrier in self.reading.parts_of(each.component, "planet_carrier"):
+            self.reading.use(carrier)
+            for plate in self.reading.parts_of(carrier, "side_plate"):
+                self.reading.use(plate)
+                width = self.reading.number(plate, "length", "m")
+                outer, inner = (self.reading.number(plate, f"{x}_diameter", "m", 0.0) for x in ("outer", "inner"))
+                place = position_of(self.reading, plate)
+                axial = 0.0 if place is None else float(place[0]) + width / 2
+                discs.append((axial, Disc.cylinder(width, outer, inner, density_of(self.reading, plate))))
+                self.reading.account.read(plate.title, f"disc of {discs[-1][1].mass:.4g} kg")
+        if discs or not bare:
+            return discs
+        layout, gear = each.planets[0]
+        centre = self.layouts[each.shafts[0]].position
+        width = self.reading.number(gear, "face_width", "m")
+        diameter = 2.2 * hypot(layout.position[0] - centre[0], layout.position[1] - centre[1])
+        words = f"a steel disc of {diameter / mm:.4g} mm, {width / mm:.4g} mm wide, as it has no section"
+        self.reading.account.assumed(self.layouts[each.shafts[2]].component.title, words)
+        return [(layout.begin, Disc.cylinder(width, diameter))]
+
+    def _stage(self, mesh: Mesh, law: xr.Dataset, damping_ratio: float) -> Stage:
+        (pair, _), (z_1, _) = self.pairs(mesh)[0], self._gears[mesh.gears[0].id]
+        (x_1, y_1), (x_2, y_2) = (self.layouts[name].position for name in mesh.shafts)
+        sign = -1 if pair.internal else 1
+        fast, slow = (self._shafts[name] for name in mesh.shafts)
+        options: dict[str, Any] = {"angle": atan2(sign * (y_2 - y_1), sign * (x_2 - x_1))}
+        if sum(gear == pair.pinion for gear in fast.gears.values()) > 1:
+            options["axial_position"] = z_1
+        options["backlash"] = self._backlash(mesh.component, pair)[0]
+        return Stage(fast, slow, law, damping_ratio=damping_ratio, **options)
+
+    def _planetary(self, each: Set, sun_law: xr.Dataset, ring_law: xr.Dataset, damping_ratio: float) -> Planetary:
+        sun, ring, carrier = (self._shafts[name] for name in each.shafts)
+        x, y = self.layouts[each.shafts[0]].position
+        angles = [atan2(layout.position[1] - y, layout.position[0] - x) for layout, _ in each.planets]
+        (sun_pair, _), (ring_pair, _) = self.pairs(each)
+        options = {"sun_pair": sun_pair, "ring_pair": ring_pair, "angles": angles, "pin": self._pin(each)}
+        axial = self._gears[each.sun.id][0]
+        options["planet"] = [self._planet(layout, gear, axial) for layout, gear in each.planets]
+        return Planetary(
+            sun=sun,
+            ring=ring,
+            carrier=carrier,
+            sun_mesh=sun_law,
+            ring_mesh=ring_law,
+            damping_ratio=damping_ratio,
+            **{name: value for name, value in options.items() if value is not None},
+        )
+
+    def _planet(self, layout: ShaftLayout, component: Component, axial: float) -> Shaft:
+        """A planet with the material of its shaft, its gear opposite the sun."""
+        gear = self._gears[component.id][1]
+        face = [(axial - gear.b / 2, axial + gear.b / 2)]
+        discs = layout.bare_discs(face, density_of(self.reading, layout.component))
+        parts: dict[float, list] = {axial: [gear]}
+        for at, disc in discs:
+            parts.setdefault(at, []).append(disc)
+        return Shaft(layout.name, {at: tuple(x) if len(x) > 1 else x[0] for at, x in parts.items()})
+
+    def _pin(self, each: Set):
+        """The bearing between planet and pin where it is elastic; None for an ideal one."""
+        layout, _ = each.planets[0]
+        for relation in self.reading.file.related("side", outer_part=layout.component.id):
+            component = self.reading.file.components[relation.roles.get("assembly", layout.component.id)]
+            if component.type in BEARINGS:
+                bearing = bearing_of(self.reading, component, None)
+                return None if bearing.radial >= STIFF else bearing
+        return None
+
+    def _centre_distance(self, mesh: Mesh) -> float:
+        """Of the stage [m], which its shafts must have; where the file lacks it, that of the shafts."""
+        (x_1, y_1), (x_2, y_2) = (self.layouts[name].position for name in mesh.shafts)
+        apart = hypot(x_2 - x_1, y_2 - y_1)
+        self.reading.number(mesh.component, "rotating_angle_around_neg_u_axis", "rad", 0.0)
+        a = abs(self.reading.number(mesh.component, "center_distance", "m", apart))
+        unlike = (
+            f"center_distance of {mesh.component.title} is {a / mm:g} mm, but its shafts lie {apart / mm:g} mm apart"
+        )
+        require(abs(a - apart) < CLOSE, f"{unlike}; export the positions again")
+        return a
+
+    def _backlash(self, component: Component, pair: GearPair) -> tuple[float, str]:
+        """Along the line of action [m]: of the stage, or of the gears, or assumed, with the words for it."""
+        ends = "minimum", "maximum"
+        low, high = (self.reading.number(component, f"{end}_normal_backlash", "m", 0.0) for end in ends)
+        if high > 0:
+            return (low + high) / 2 / cos(pair.beta_b), ""
+        if pair.backlash > NO_BACKLASH * pair.pinion.m_n:
+            return pair.backlash, ""
+        assumed = ASSUMED_BACKLASH * pair.pinion.m_n
+        return assumed, f"backlash of {assumed / um:.4g} um, {ASSUMED_BACKLASH:g} m_n, as the sizes leave none"
+
+
+def _gears_of_member(member: Mesh | Set) -> tuple[Component, ...]:
+    return member.gears if isinstance(member, Mesh) else (member.sun, member.ring)
+
+
+def _run_together(pinion: Gear, wheel: Gear, a: float) -> bool:
+    try:
+        GearPair(pinion, wheel, a=a)
+    except ValueError as error:
+        return "interference" not in str(error) and "clearance" not in str(error)
+    return True
+
+
+def gears_of_stage(reading: Reading, stage: Component) -> tuple[Component, Component]:
+    """The two gears of a stage."""
+    for relation in reading.file.related("stage", stage=stage.id):
+        ids = [relation.roles.get(role, "") for role in ("gear_1", "gear_2")]
+        if all(id in reading.file.components for id in ids):
+            return reading.file.components[ids[0]], reading.file.components[ids[1]]
+    raise ValueError(f"{stage.title} of {reading.file.path} has no relation with two gears; export its relations")

@@ -1,0 +1,279 @@
+"""Gearboxes written as REXS files of version 1.4 in XML, for other programs."""
+
+import os
+from collections.abc import Iterable
+from math import atan2, pi
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from xml.etree import ElementTree
+
+import numpy as np
+
+from exugear.exchange.rexs_loads import LoadCase
+from exugear.exchange.rexs_reading import Account
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.shaft import Disc, Shaft
+from exugear.gearbox.stage import Stage
+from fem.gear.gear import Gear
+from fem.microgeometry.flank import Sides
+from fem.microgeometry.modification import LeadCrowning, ProfileCrowning, RootRelief, TipRelief
+from fem.support.arguments import FilePath, checked
+from fem.support.validation import require
+from fem.support.version import __version__
+from fem.units import deg, mm
+
+VERSION = "1.4"
+#: Units of REXS, and the SI values of one of them.
+UNITS = {
+    "mm": mm,
+    "deg": deg,
+    "1 / min": pi / 30,
+    "N m": 1.0,
+    "N / m": 1.0,
+    "N mm / rad": 1e-3,
+    "N / mm^2": 1e6,
+    "kg / dm^3": 1e3,
+    "kg": 1.0,
+    "kg m^2": 1.0,
+    "%": 1e-2,
+    "none": 1.0,
+}
+Value = tuple[object, str]
+
+
+@checked
+def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] = ()) -> Account:
+    """Write a gearbox of cylindrical stages to a REXS file of version 1.4 in XML, whole or not at all.
+
+    load_cases   as `exugear.read_rexs` returns them: speed of the driving shaft, torque on it, share of time
+
+    Returns an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
+    bearings with clearance, offsets of shafts. Raises ValueError for gearboxes with planetary sets.
+    """
+    sets = [stage.name for stage in gearbox.stages if stage.carrier is not None]
+    require(not sets, f"planetary sets are not written, got {sets}; write the parallel stages alone")
+    writing = _Writing()
+    writing.gearbox(gearbox)
+    writing.load_spectrum(gearbox, list(load_cases))
+    _write_whole(Path(path), writing.tree())
+    return writing.account
+
+
+def _write_whole(path: Path, tree: ElementTree.Element) -> None:
+    """Write beside the file first, so that it is whole or absent."""
+    ElementTree.indent(tree)
+    with NamedTemporaryFile(dir=path.parent, suffix=path.suffix, delete=False) as file:
+        part = Path(file.name)
+        try:
+            file.write(ElementTree.tostring(tree, encoding="utf-8", xml_declaration=True))
+        except BaseException:
+            part.unlink()
+            raise
+    os.chmod(part, 0o644)
+    part.replace(path)
+
+
+class _Writing:
+    """Components, relations and load cases as elements, numbered from 1 on."""
+
+    def __init__(self):
+        self.account = Account()
+        self.components = ElementTree.Element("components")
+        self.relations = ElementTree.Element("relations")
+        self.cases: ElementTree.Element | None = None
+        self.shafts: dict[str, str] = {}
+        self.gears: dict[tuple[str, float], str] = {}
+        self.unit = self._component("gear_unit", "gear unit", support_vector=(np.zeros(3), "mm"))
+        self.casing = self._component("gear_casing", "housing")
+        self._relation("assembly", assembly=self.unit, part=self.casing)
+
+    def tree(self) -> ElementTree.Element:
+        """The whole file."""
+        model = ElementTree.Element("model", applicationId="exugear", applicationVersion=__version__, version=VERSION)
+        model.extend([self.relations, self.components, *([] if self.cases is None else [self.cases])])
+        return model
+
+    def _component(self, type: str, name: str, **attributes: Value) -> str:
+        id = str(len(self.components) + 1)
+        element = ElementTree.SubElement(self.components, "component", id=id, name=name, type=type)
+        _add(element, attributes)
+        return id
+
+    def _relation(self, type: str, **roles: str) -> None:
+        id = str(len(self.relations) + 1)
+        relation = ElementTree.SubElement(self.relations, "relation", id=id, type=type)
+        types = {component.get("id"): component.get("type") for component in self.components}
+        for role, target in roles.items():
+            ElementTree.SubElement(relation, "ref", hint=types[target] or "", id=target, role=role)
+
+    def gearbox(self, gearbox: Gearbox) -> None:
+        """All shafts with their parts, and the stages between them."""
+        for shaft in gearbox.shafts:
+            self._shaft(shaft, gearbox.shaft_positions[shaft.name], drives=shaft is gearbox.driving)
+        for stage in gearbox.stages:
+            self._stage(stage, gearbox.shaft_positions)
+
+    def _shaft(self, shaft: Shaft, position: tuple[float, float], *, drives: bool) -> None:
+        begin = min(axial - getattr(part, "b", 0.0) / 2 for axial, part in _parts(shaft))
+        place = np.array([begin, *position])
+        id = self._component("shaft", shaft.name, **_placed(place), defines_speed=(drives, "none"))
+        self.shafts[shaft.name] = id
+        self._relation("assembly", assembly=self.unit, part=id)
+        for axial, part in _parts(shaft):
+            at, where = np.array([axial, *position]), f"{shaft.name} at {axial / mm:g} mm"
+            if isinstance(part, Gear):
+                self.gears[shaft.name, axial] = self._gear(part, at, axial - begin, where, id)
+            elif isinstance(part, Bearing):
+                self._bearing(part, at, axial - begin, where, id)
+            elif isinstance(part, Disc):
+                sizes = {"mass_of_component": (part.mass, "kg"), "moment_of_inertia_u_axis": (part.inertia, "kg m^2")}
+                sizes |= {"moment_of_inertia_v_axis": (part.transverse, "kg m^2")}
+                mass = self._component("additional_mass", where, u_coordinate_on_shaft=(axial - begin, "mm"), **sizes)
+                self._relation("assembly", assembly=id, part=mass)
+            else:
+                self.account.left_out(where, f"{type(part).__name__} is not written")
+        if shaft.offset != type(shaft.offset)():
+            self.account.left_out(shaft.name, f"{shaft.offset} is not written")
+
+    def _gear(self, gear: Gear, at: np.ndarray, u: float, where: str, shaft: str) -> str:
+        sizes: dict[str, Value] = {
+            "number_of_teeth": (abs(gear.z), "none"),
+            "normal_module": (gear.m_n, "mm"),
+            "helix_angle_reference_diameter": (gear.beta, "deg"),
+            "face_width": (gear.b, "mm"),
+            "tip_diameter": (abs(gear.d_a), "mm"),
+            "root_diameter": (abs(gear.d_f), "mm"),
+            "u_coordinate_on_shaft": (u, "mm"),
+        }
+        if not gear.internal:
+            sizes["inner_diameter"] = gear.d_bore, "mm"
+        id = self._component("ring_gear" if gear.internal else "cylindrical_gear", where, **_placed(at), **sizes)
+        self._relation("assembly", assembly=shaft, part=id)
+        both = (gear.flank.left, gear.flank.right) if isinstance(gear.flank, Sides) else (gear.flank, gear.flank)
+        x: dict[str, Value] = {"normal_pressure_angle": (gear.alpha_n, "deg")}
+        x["addendum_modification_coefficient"] = gear.x, "none"
+        flanks = [self._component("cylindrical_gear_flank", f"{where}, {side}", **x) for side in ("left", "right")]
+        self._relation("flank", gear=id, left=flanks[0], right=flanks[1])
+        for flank, modifications in zip(flanks, both, strict=True):
+            self._modifications(flank, modifications, where)
+        if gear.rho_f is not None:
+            factor: dict[str, Value] = {"tip_radius_factor": (gear.rho_f / gear.m_n, "none")}
+            tool = self._component("rack_shaped_tool", f"rack of {where}", **factor)
+            self._relation("reference", origin=id, referenced=tool)
+        elif gear.fillet is not None or gear.cutter is not None:
+            self.account.left_out(where, "root fillet is not written")
+        self._relation("reference", origin=id, referenced=self._material(gear))
+        return id
+
+    def _material(self, gear: Gear) -> str:
+        material = gear.material
+        values: dict[str, Value] = {"elastic_modulus": (material.E, "N / mm^2"), "poisson_ratio": (material.nu, "none")}
+        return self._component("material", "material", **values, density=(material.density, "kg / dm^3"))
+
+    def _modifications(self, flank: str, modifications, where: str) -> None:
+        for part in modifications:
+            known = _modification(part)
+            if known is None:
+                self.account.left_out(where, f"{part} is not written")
+                continue
+            type, values = known
+            self._relation("reference", origin=flank, referenced=self._component(type, where, **values))
+
+    def _bearing(self, bearing: Bearing, at: np.ndarray, u: float, where: str, shaft: str) -> None:
+        whole = bearing.matrix is None and bearing.table is None
+        if not whole or bearing.clearance:
+            self.account.left_out(where, "clearance, table or matrix of the bearing is not written")
+        values: dict[str, Value] = {
+            "radial_stiffness": (bearing.radial, "N / m"),
+            "axial_stiffness": (bearing.axial, "N / m"),
+            "bending_stiffness": (bearing.tilt, "N mm / rad"),
+            "axial_force_absorption": ("both_directions" if bearing.axial else "no_direction", "none"),
+            "radial_force_absorption": (bearing.radial > 0, "none"),
+            "u_coordinate_on_shaft_inner_side": (u, "mm"),
+        }
+        id = self._component("concept_bearing", where, **_placed(at), **values)
+        self._relation("assembly", assembly=self.unit, part=id)
+        self._relation("side", assembly=id, inner_part=shaft, outer_part=self.casing)
+
+    def _stage(self, stage: Stage, positions) -> None:
+        pair, ends = stage.pair, (stage.fast.name, stage.slow.name)
+        (x_1, y_1), (x_2, y_2) = (positions[name] for name in ends)
+        angle = atan2(x_2 - x_1, y_2 - y_1)
+        values: dict[str, Value] = {
+            "center_distance": (abs(pair.a), "mm"),
+            "rotating_angle_around_neg_u_axis": (angle, "deg"),
+        }
+        if np.isfinite(stage.force.backlash):
+            j_bn = stage.force.backlash * np.cos(pair.beta_b)
+            values |= {f"{end}_normal_backlash": (j_bn, "mm") for end in ("minimum", "maximum")}
+        id = self._component("cylindrical_stage", stage.name, **values)
+        self._relation("assembly", assembly=self.unit, part=id)
+        gears = [self.gears[name, axial] for name, axial in zip(ends, stage.axial_positions, strict=True)]
+        self._relation("stage", stage=id, gear_1=gears[0], gear_2=gears[1])
+        self.account.left_out(stage.name, f"force law and damping {stage.force.damping:.4g} N s/m are not written")
+
+    def load_spectrum(self, gearbox: Gearbox, cases: list[LoadCase]) -> None:
+        """Speed of the driving shaft, torque on it and the load that balances it."""
+        loads = {}
+        for end in (gearbox.driving, gearbox.driven):
+            marks: dict[str, Value] = {"transmits_torque": (True, "none")}
+            marks["defines_torque"] = end is gearbox.driving, "none"
+            loads[end.name] = self._component("external_load", f"load on {end.name}", **marks)
+            self._relation("assembly", assembly=self.shafts[end.name], part=loads[end.name])
+        if not cases:
+            return
+        self.cases = ElementTree.Element("load_spectrum", id="1")
+        for number, case in enumerate(cases, start=1):
+            element = ElementTree.SubElement(self.cases, "load_case", id=str(number))
+            torque = case.load * abs(gearbox.ratios[gearbox.driven.name])
+            self._of_case(element, self.unit, load_duration_fraction=(case.fraction, "%"))
+            self._of_case(element, self.shafts[gearbox.driving.name], rotational_speed=(case.speed, "1 / min"))
+            self._of_case(element, loads[gearbox.driving.name], torque_around_u_axis=(torque, "N m"))
+
+    def _of_case(self, element: ElementTree.Element, id: str, **attributes: Value) -> None:
+        given = dict(self.components[int(id) - 1].attrib)
+        _add(ElementTree.SubElement(element, "component", given), attributes)
+
+
+def _parts(shaft: Shaft):
+    """Axial positions and parts of a shaft, each alone."""
+    for axial, part in shaft.parts.items():
+        for each in part if isinstance(part, tuple) else (part,):
+            yield axial, each
+
+
+def _placed(at: np.ndarray) -> dict[str, Value]:
+    """Position (u, v, w) of a component in the gear unit, its axes along those of the unit."""
+    unit = {"u_axis_vector": (mm * np.array([1, 0, 0]), "mm"), "w_axis_vector": (mm * np.array([0, 0, 1]), "mm")}
+    return {"support_vector": (at, "mm"), **unit, "reference_component_for_position": ("1", "none")}
+
+
+def _modification(part) -> tuple[str, dict[str, Value]] | None:
+    """Type and values of a flank modification that REXS has, else None."""
+    if isinstance(part, TipRelief | RootRelief):
+        name, amount, d = ("tip", part.C_a, part.d_Ca) if isinstance(part, TipRelief) else ("root", part.C_f, part.d_Cf)
+        depth: dict[str, Value] = {f"{name}_relief_depth": (amount, "mm")}
+        linear = d is not None and part.power == 1
+        return (f"{name}_relief", depth | {f"{name}_relief_datum_diameter": (d, "mm")}) if linear else None
+    if isinstance(part, ProfileCrowning):
+        return "profile_crowning", {f"profile_crowning_at_{end}": (part.C_alpha, "mm") for end in ("tip", "root")}
+    if isinstance(part, LeadCrowning):
+        ends = "datum_face", "non_datum_face"
+        return "helix_crowning", {f"helix_crowning_amount_{end}": (part.C_beta, "mm") for end in ends}
+    return None
+
+
+def _add(element: ElementTree.Element, attributes: dict[str, Value]) -> None:
+    for id, (value, unit) in attributes.items():
+        attribute = ElementTree.SubElement(element, "attribute", id=id, unit=unit)
+        if isinstance(value, np.ndarray):
+            array = ElementTree.SubElement(attribute, "array")
+            for each in value:
+                ElementTree.SubElement(array, "c").text = repr(float(each) / UNITS[unit])
+        elif isinstance(value, bool | np.bool_):
+            attribute.text = str(bool(value)).lower()
+        elif isinstance(value, str):
+            attribute.text = value
+        else:
+            attribute.text = repr(float(value) / UNITS[unit])  # type: ignore[arg-type]

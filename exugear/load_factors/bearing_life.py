@@ -1,0 +1,86 @@
+"""Life and contact pressure of rolling bearings along runs, and over a duty cycle of several runs."""
+
+from collections.abc import Sequence
+from math import pi
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.rolling_bearing import RollingBearing, pressures
+from exugear.running.run_data import stage_data
+from fem.support.arguments import Numbers, checked
+from fem.support.validation import require
+from fem.units import mm
+
+#: Number of samples whose pressures are computed at once.
+BLOCK = 1024
+HOUR = 3600.0
+MISSING = "run must hold bearing_displacement and bearing_tilt; run it on rolling bearings with displacement=True"
+
+
+@checked
+def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -> xr.Dataset:
+    """Life and largest contact pressure of the rolling bearings of a gearbox along a run or over a duty cycle.
+
+    run       `exugear.Run` with displacement=True, or its data; for a duty cycle a list of runs
+    gearbox   of which they are
+    shares    (n_run,) shares of the runs in the time of the duty cycle; by default as long as each lasts
+
+    Returns a Dataset over `bearing`:
+
+    life       L_10r [revolutions], after which a tenth of such bearings fails (ISO/TS 16281): each sample wears with
+               the loads on its balls and laminae, in proportion to the speed of the shaft (Palmgren and Miner)
+    hours      the same at the mean speed of the runs [h]
+    pressure   largest contact pressure of a ball or roller at either raceway [Pa]
+
+    The outer ring stands, elements share the load as in statics. Raises ValueError for runs without tilts of rolling
+    bearings.
+    """
+    runs = list(run) if isinstance(run, Sequence) else [run]
+    require(len(runs) > 0, "run must be a run or a list of them, got an empty list")
+    for each in runs:
+        stage_data(each)
+    data = [each if isinstance(each, xr.Dataset) else each.data for each in runs]
+    require(all("bearing_tilt" in x and x.sizes["time"] > 1 for x in data), MISSING)
+    durations = np.array([float(x["time"][-1] - x["time"][0]) for x in data])
+    times = durations if shares is None else np.atleast_1d(np.asarray(shares, float))
+    fits = times.shape == durations.shape and bool((times >= 0).all()) and bool(times.sum() > 0)
+    require(fits, f"shares must be (n_run,) >= 0 with n_run = {len(runs)}, got {shares}")
+    bearings = {
+        f"{shaft.name} at {axial / mm:g} mm": (bearing, gearbox.ratios[shaft.name])
+        for shaft in gearbox.shafts
+        for axial, bearing in shaft.bearings.items()
+        if isinstance(bearing, RollingBearing)
+    }
+    unlike = [label for label in bearings if any(label not in x["bearing"].values for x in data)]
+    require(bool(bearings) and not unlike, f"gearbox must be that of the run, which lacks the bearings {unlike}")
+    life = {label: _life(label, *bearings[label], data, times / times.sum()) for label in bearings}
+    columns = {
+        "life": ("revolutions", "basic reference rating life L_10r"),
+        "hours": ("h", "basic reference rating life at the mean speed"),
+        "pressure": ("Pa", "largest contact pressure"),
+    }
+    values = {
+        name: ("bearing", [x[i] for x in life.values()], {"units": unit, "long_name": long_name})
+        for i, (name, (unit, long_name)) in enumerate(columns.items())
+    }
+    return xr.Dataset(values, {"bearing": list(life)})
+
+
+def _life(
+    label: str, bearing: RollingBearing, ratio: float, data: Sequence[xr.Dataset], shares: np.ndarray
+) -> tuple[float, float, float]:
+    """(life [revolutions], life [h], largest pressure [Pa]) of a bearing over runs by their shares of the time."""
+    displacements, rates = [], []
+    for run, share in zip(data, shares.tolist(), strict=True):
+        at = run.sel(bearing=label)
+        displacements.append(np.concatenate([at["bearing_displacement"].values, at["bearing_tilt"].values]).T)
+        rates.append(share * np.abs(ratio * run["speed"].values) / (2 * pi * run.sizes["time"]))
+    q, revolutions = np.concatenate(displacements), np.concatenate(rates)
+    require(revolutions.sum() > 0, "run must turn: bearings that stand have no life in revolutions")
+    blocks = [q[first : first + BLOCK] for first in range(0, len(q), BLOCK)]
+    largest = max(float(np.max(pressures(row, block))) for row in bearing.rows for block in blocks)
+    life = bearing.life(q, revolutions)
+    return life, life / revolutions.sum() / HOUR, largest

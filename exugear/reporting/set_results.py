@@ -1,0 +1,213 @@
+"""Results of planetary sets: members with their torques, phases of the meshes, load sharing, orbit of the sun."""
+
+from math import degrees, pi
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from exugear.gearbox.planetary import EVEN
+from exugear.gearbox.planetary_phases import effect_of_harmonics, hunting, meshing_sequence, phase_sums
+from exugear.load_factors.planet_shares import planet_shares
+from exugear.plots.figures import figure
+from exugear.plots.run_plots import plot_orbit
+from exugear.plots.set_plots import (
+    plot_mesh_phases,
+    plot_phase_sums,
+    plot_planet_shares,
+    plot_side_bands,
+)
+from exugear.reporting.document import Figure, Section, Table, embedded
+from exugear.running.set_data import SetData, planetary_sets
+from exugear.signals.member_orbit import member_orbit
+from exugear.signals.side_bands import force_seen_from_ring, lines_of
+from exugear.signals.signal import speed_of_shaft
+from fem.units import rpm, um
+
+#: Mesh harmonics of the table of sums, and of the side bands.
+SUMS, HARMONICS = 6, 2
+#: Largest change of the speed over its mean at which side bands are listed; turns of the carrier that they take.
+CONSTANT, TURNS = 1e-3, 6.0
+#: Lowest level of a side band in the table [dB].
+LOWEST = -60.0
+#: Side bands on either side, beyond the number of planets.
+BESIDE = 2
+
+
+def set_sections(data: xr.Dataset) -> list[Section]:
+    """A section for each planetary set of a run that has one sun and one ring."""
+    return [_section(data, of_set) for of_set in planetary_sets(data)]
+
+
+def _section(data: xr.Dataset, of_set: SetData) -> Section:
+    lines = _side_bands(data, of_set)
+    orbits = [name for name in (of_set.sun, of_set.ring, of_set.carrier) if _moves(data, name)]
+    items = (*_phasing(of_set), *_sharing(data, of_set), *(_orbit(data, name) for name in orbits), _note(data))
+    tables = [_members(data, of_set), _phases(data, of_set), _sums(of_set), *([_lines(lines)] if lines else [])]
+    figures = [_phase_figure(of_set), _share_figure(data, of_set)]
+    figures += [_orbit_figure(data, orbits)] if orbits else []
+    figures += [_line_figure(lines)] if lines else []
+    title = f"Planetary set on {of_set.carrier}"
+    return Section(title, tuple(filter(None, items)), tuple(table for table in tables if table.rows), tuple(figures))
+
+
+def _phasing(of_set: SetData) -> list[str]:
+    """Meshing sequence, what harmonics excite, and hunting teeth, a sentence each."""
+    sun, at_sun, at_ring, ring = of_set.z
+    sentences = [f"Phasing: {meshing_sequence(of_set.sun_phases)}."]
+    gaps = np.diff([*np.sort(of_set.angles % (2 * pi)), (of_set.angles % (2 * pi)).min() + 2 * pi])
+    if np.ptp(gaps) < EVEN:
+        sentences.append(f"Mesh harmonics excite: {effect_of_harmonics(sun, len(of_set.planets))}.")
+    sentences.append(f"{hunting(sun, at_sun, ('sun', 'planet'))}.")
+    return [*sentences, f"{hunting(at_ring, ring, ('planet', 'ring'))}."]
+
+
+def _sharing(data: xr.Dataset, of_set: SetData) -> list[str]:
+    """K_gamma at sun and ring, with the planet that carries most."""
+    sentences = []
+    for member in (of_set.sun, of_set.ring):
+        shares = planet_shares(data, member=member)
+        if np.isfinite(shares["K_gamma"]):
+            most = str(shares["planet"].values[int(shares["mean_share"].argmax("planet"))])
+            factor = f"K_γ {float(shares['K_gamma']):.4g}"
+            percent = f"{100 * float(shares['mean_share'].max()):.4g} %"
+            sentences.append(f"Load sharing at {member}: {factor}; {most} carries most, {percent} of the mean forces.")
+    return sentences
+
+
+def _moves(data: xr.Dataset, name: str) -> bool:
+    """Whether a run has recorded how a shaft moves on its bearings."""
+    bearings = data["bearing"].values.tolist() if "bearing_displacement" in data else []
+    return name in [bearing.rpartition(" at ")[0] for bearing in bearings]
+
+
+def _orbit(data: xr.Dataset, name: str) -> str:
+    """The orbit of a member in a sentence."""
+    orbit = member_orbit(data, name)
+    x, y = orbit["displacement"].transpose("direction", "time").values / um
+    mean = f"({x.mean():.3g}, {y.mean():.3g}) µm"
+    return f"{name} moves up to {np.hypot(x, y).max():.3g} µm from its axis, about the mean {mean}."
+
+
+def _note(data: xr.Dataset) -> str:
+    """What the run did not record of the orbits; empty if it did, or if all members only spin."""
+    missing = "bearing_force" in data and "bearing_displacement" not in data
+    return "Orbits were not recorded: run with displacement=True." if missing else ""
+
+
+def _members(data: xr.Dataset, of_set: SetData) -> Table:
+    """Teeth, speeds and external torques of sun, planets, ring and carrier."""
+    sun, at_sun, at_ring, ring = of_set.z
+    teeth = {of_set.sun: str(sun), of_set.ring: str(ring), of_set.carrier: "", of_set.planets[0]: str(at_sun)}
+    teeth[of_set.planets[0]] += f" and {at_ring}" if at_ring != at_sun else ""
+    roles = {of_set.sun: "sun", of_set.ring: "ring", of_set.carrier: "carrier", of_set.planets[0]: "each planet"}
+    torques = _torques(data)
+    rows = []
+    for name, role in roles.items():
+        speed = speed_of_shaft(data, "shaft", name)
+        ratio = float(data.attrs[f"{name}_speed_ratio"])
+        torque = f"{torques[name]:.5g}" if name in torques else "none"
+        label = name if role != "each planet" else f"{of_set.planets[0]} to {of_set.planets[-1]}"
+        rows.append((role, label, teeth[name], f"{ratio:.6g}", f"{speed.mean() / rpm:.5g}", torque))
+    columns = "member", "shaft", "teeth", "speed / driving shaft", "mean speed [rpm]", "mean external torque [N m]"
+    return Table("Members of the set, speeds and torques about z", columns, tuple(rows))
+
+
+def _torques(data: xr.Dataset) -> dict[str, float]:
+    """Mean torque [N m] about z of drives, loads and the housing, by the name of the shaft."""
+    torques: dict[str, float] = {}
+    for kind, end, with_motion in (("drive", "drive_end", 1), ("load", "load_end", -1), ("reaction", "held_end", 0)):
+        if f"{kind}_torque" not in data:
+            continue
+        values = data[f"{kind}_torque"]
+        means = np.atleast_1d(values.mean("time").values)
+        for name, mean in zip(np.atleast_1d(data[end].values).tolist(), means.tolist(), strict=True):
+            ratio = float(data.attrs.get(f"{name}_speed_ratio", np.nan))
+            sense = with_motion * (1.0 if ratio >= 0 else -1.0) if with_motion else 1.0
+            if np.isfinite(ratio):
+                torques[name] = torques.get(name, 0.0) + sense * mean
+    return torques
+
+
+def _phases(data: xr.Dataset, of_set: SetData) -> Table:
+    """Phases of the meshes and mean shares of each planet."""
+    at_sun, at_ring = (planet_shares(data, member=name)["mean_share"].values for name in (of_set.sun, of_set.ring))
+    columns = zip(of_set.planets, of_set.angles, of_set.sun_phases, of_set.ring_phases, at_sun, at_ring, strict=True)
+    rows = []
+    for planet, angle, sun, ring, *shares in columns:
+        percent = (f"{100 * share:.3f}" if np.isfinite(share) else "no load" for share in shares)
+        rows.append((planet, f"{degrees(angle) % 360:.6g}", f"{sun % 1:.4f}", f"{ring % 1:.4f}", *percent))
+    phase = "phase with the sun [pitch]", "phase with the ring [pitch]"
+    share = "share at the sun [%]", "share at the ring [%]"
+    return Table("Phases of the meshes and load sharing", ("planet", "angle [°]", *phase, *share), tuple(rows))
+
+
+def _sums(of_set: SetData) -> Table:
+    """Sums over the planets by mesh harmonic."""
+    torque, lateral = phase_sums(of_set.sun_phases, of_set.angles, SUMS)
+    rows = ((str(i), f"{x:.4f}", f"{y:.4f}") for i, (x, y) in enumerate(zip(torque, lateral, strict=True), start=1))
+    columns = "mesh harmonic", "in the torque", "in the lateral force on the sun"
+    return Table("Sums over equal planets, over that of planets in phase", columns, tuple(rows))
+
+
+def _side_bands(data: xr.Dataset, of_set: SetData) -> xr.Dataset | None:
+    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few."""
+    speed = data["speed"].values
+    if np.ptp(speed) > CONSTANT * np.abs(speed).max() or speed.size < 2:
+        return None
+    heard = force_seen_from_ring(data, ring=of_set.ring, reach=pi / len(of_set.planets))
+    if np.ptp(heard["angle"].values) < TURNS * 2 * pi:
+        return None
+    z = of_set.z[0], of_set.z[2], of_set.z[3]
+    settled = heard.isel(time=slice(int(np.searchsorted(heard["angle"].values, 0.2 * pi)), None))
+    return lines_of(settled, z, of_set.angles, (HARMONICS, len(of_set.planets) + BESIDE, ()))
+
+
+def _lines(lines: xr.Dataset) -> Table:
+    """Levels and causes of the side bands."""
+    columns = zip(*(lines[name].values for name in ("order", "mean_amplitude", "level", "cause")), strict=True)
+    rows = [(f"{o:g}", f"{a:.3g}", f"{level:.1f}", str(cause)) for o, a, level, cause in columns if level > LOWEST]
+    names = "order", "amplitude [N]", "level [dB]", "what excites it"
+    return Table("Side bands of the mesh forces at the ring, per turn of the carrier against it", names, tuple(rows))
+
+
+def _phase_figure(of_set: SetData) -> Figure:
+    torque, lateral = phase_sums(of_set.sun_phases, of_set.angles, SUMS)
+    columns: dict[str, Any] = {"angle": of_set.angles, "sun_phase": of_set.sun_phases, "ring_phase": of_set.ring_phases}
+    phases = xr.Dataset(
+        {name: ("planet", values) for name, values in columns.items()}
+        | {"torque_sum": ("harmonic", torque), "lateral_sum": ("harmonic", lateral)},
+        {"planet": list(of_set.planets), "harmonic": np.arange(1, SUMS + 1)},
+    )
+    drawing = _wide(2)
+    plot_mesh_phases(phases, drawing.axes[0])
+    plot_phase_sums(phases, drawing.axes[1])
+    return embedded(drawing, "Phases of the meshes of each planet, and what mesh harmonics add up to over the planets.")
+
+
+def _share_figure(data: xr.Dataset, of_set: SetData) -> Figure:
+    drawing = _wide(2)
+    for ax, member in zip(drawing.axes, (of_set.sun, of_set.ring), strict=True):
+        plot_planet_shares(planet_shares(data, member=member), ax)
+    return embedded(drawing, "Shares of the planets in the mesh forces, and mesh load factor.")
+
+
+def _orbit_figure(data: xr.Dataset, members: list[str]) -> Figure:
+    drawing = _wide(len(members))
+    for ax, name in zip(drawing.axes, members, strict=True):
+        plot_orbit(member_orbit(data, name), ax)
+    return embedded(drawing, "Orbits of the members on bearings in the last turn of the carrier against the ring.")
+
+
+def _line_figure(lines: xr.Dataset) -> Figure:
+    drawing = _wide(1)
+    plot_side_bands(lines, drawing.axes[0])
+    words = "each planet heard within half its distance to the next one"
+    return embedded(drawing, f"Side bands of the mesh forces as a point of the ring hears them, {words}.")
+
+
+def _wide(columns: int):
+    """A figure across the page."""
+    drawing = figure(columns=columns)
+    drawing.set_size_inches(8.0, 3.2)
+    return drawing

@@ -1,0 +1,69 @@
+"""The page of a planetary set in the report: members and torques, phases, sharing, orbit, side bands, modes by kind."""
+
+import re
+
+import pytest
+from planetary_boxes import SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
+
+import exugear
+from exugear.reporting import document
+from fem.units import um
+
+OPTIONS = {"progress": False, "checks": 0}
+
+
+def table(page: str, caption: str) -> list[list[str]]:
+    """Cells of the table with a caption, row by row."""
+    (body,) = re.findall(rf"<caption>Table \d+\. {re.escape(caption)}.*?<tbody>(.*?)</tbody>", page, re.DOTALL)
+    return [re.findall(r"<td.*?>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", body, re.DOTALL)]
+
+
+@pytest.fixture(autouse=True)
+def without_browser(monkeypatch):
+    monkeypatch.setattr(document, "browser", lambda: None)
+
+
+def test_a_set_on_pins_has_a_page_with_its_sharing_orbit_and_kinds_of_modes(tmp_path):
+    """Four planets, of which the first is behind: the shares of exugear.planet_shares, torques in balance."""
+    model = exugear.build(planar_box(planets=4, pin_errors=[-20 * um, 0.0, 0.0, 0.0]))
+    run = exugear.run_up(model, speed=50.0, load=4000.0, duration=5e-3, displacement=True, **OPTIONS)
+    (path,) = exugear.report(run, tmp_path / "run.html", model=model)
+    page = path.read_text(encoding="utf-8")
+    assert re.search(r"<h2>\d Planetary set on carrier</h2>", page)
+    assert "Phasing: planets mesh in sequence 1 with 3, 2 with 4, 1/2 of a pitch apart." in page
+    torques = [float(row[-1]) for row in table(page, "Members of the set")[:3]]
+    assert torques == pytest.approx([1000, 3000, -4000], rel=1e-3)
+    shares = 100 * exugear.planet_shares(run)["mean_share"].values
+    phases = table(page, "Phases of the meshes")
+    assert [float(row[4]) for row in phases] == pytest.approx(shares.tolist(), abs=1e-3)
+    assert [float(row[2]) for row in phases] == [0.0, 0.5, 0.0, 0.5]
+    assert f"K_γ {float(exugear.planet_shares(run)['K_gamma']):.4g}; planet 1 carries most" in page
+    assert "sun moves up to" in page and "Orbits of the members" in page
+    assert {row[3] for row in table(page, "Natural frequencies")} <= {"rotational", "translational", "planet", "mixed"}
+
+
+def test_the_page_of_a_steady_run_of_six_turns_lists_side_bands(tmp_path):
+    """N = 3 equal planets and 90 teeth: only multiples of 3, of which 90 is the mesh itself."""
+    model = exugear.build(planetary_box(law=waving_law(amplitude=0.2)))
+    run = exugear.run_up(model, speed=1600.0, load=400.0, duration=0.1, sample=1e-5, **OPTIONS)
+    (path,) = exugear.report(run, tmp_path / "run.html")
+    lines = table(path.read_text(encoding="utf-8"), "Side bands of the mesh forces")
+    strongest = max(lines, key=lambda row: float(row[1]))
+    assert strongest[0] == "90" and strongest[3] == "mesh harmonic 1: torque, equal planets add up"
+    assert {int(row[0]) % 3 for row in lines} == {0}
+
+
+def test_a_stage_behind_the_carrier_and_other_gearboxes_have_their_own_sections(tmp_path):
+    """The carrier passes its torque on to the stage; a gearbox without a set has no such page."""
+    gear = SUN_PAIR.pinion
+    carrier = exugear.Shaft("carrier", {0.06: gear}, inertia=0.02)
+    stage = exugear.Stage(carrier, exugear.Shaft("out", {0.06: gear}), waving_law(), pair=SUN_PAIR)
+    box = exugear.Gearbox([planetary(**members() | {"carrier": carrier}), stage], held="ring")
+    run = exugear.run_up(exugear.build(box), speed=50.0, load=100.0, duration=1e-3, **OPTIONS)
+    (path,) = exugear.report(run, tmp_path / "run.html")
+    rows = {row[0]: row[-1] for row in table(path.read_text(encoding="utf-8"), "Members of the set")}
+    assert rows["carrier"] == rows["each planet"] == "none"
+    pair = exugear.Gearbox([exugear.Stage(carrier, exugear.Shaft("out", {0.06: gear}), waving_law(), pair=SUN_PAIR)])
+    alone = exugear.run_up(exugear.build(pair), speed=50.0, load=100.0, duration=1e-3, **OPTIONS)
+    (path,) = exugear.report(alone, tmp_path / "pair.html")
+    assert "Planetary set" not in path.read_text(encoding="utf-8")

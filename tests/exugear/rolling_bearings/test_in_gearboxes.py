@@ -1,0 +1,91 @@
+"""Gearboxes on rolling bearings: equilibrium, energy books, modes, drag, loads that are not carried."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from bearing_boxes import SPUR, box_of
+from rolling_bearings import ANGULAR, ROLLER, deep_groove
+
+import exugear
+from fem.units import mm, um
+
+LOAD, DAMPED = 150.0, {"damping_time": 2e-5}
+DRAG = exugear.BearingDrag(43.5 * mm, 2.0, 20e-6, 3e-4)
+
+
+@cache
+def gearbox() -> exugear.Gearbox:
+    """The paper's pair on a ball bearing, which brakes, and a roller bearing a shaft."""
+    roller = exugear.RollingBearing.cylindrical_roller(**ROLLER, clearance=10 * um, **DAMPED)
+    parts = {0.0: deep_groove(10 * um, **DAMPED, drag=DRAG), 60 * mm: roller}
+    return box_of(fast=parts, slow=parts)
+
+
+@cache
+def run_on_balls_and_rollers() -> exugear.Run:
+    """A short run of that gearbox."""
+    model = exugear.build(gearbox())
+    return exugear.run_up(model, speed=(60.0, 70.0), load=LOAD, duration=0.03, power=True, displacement=True, checks=0)
+
+
+def test_a_run_closes_its_energy_books():
+    balance = run_on_balls_and_rollers().energy_balance()
+    assert balance.losses["bearing_loss"] > 0
+    assert balance.relative < 2e-6
+
+
+def test_a_run_starts_with_bearings_that_balance_the_mesh():
+    data = run_on_balls_and_rollers().data.isel(time=0)
+    force, of_fast = float(data["mesh_force"][0]), data["bearing_force"].values[:2]
+    assert np.linalg.norm(of_fast.sum(axis=0)) == pytest.approx(force, rel=1e-3)
+    assert force > 0.9 * LOAD / SPUR.wheel.r_b
+
+
+def test_life_and_pressure_along_a_run_are_those_of_its_mean_load():
+    run = run_on_balls_and_rollers()
+    parts = {shaft.name: shaft for shaft in gearbox().shafts}
+    data = exugear.bearing_life(run, gearbox())
+    assert data["bearing"].values.tolist() == run.data["bearing"].values.tolist()
+    mean = -run.data["bearing_force"].sel(bearing="fast at 0 mm").mean("time").values
+    loaded = parts["fast"].bearings[0.0].under((*mean, 0, 0))
+    assert data["life"].values[0] == pytest.approx(loaded.life, rel=0.05)
+    assert data["pressure"].values[0] == pytest.approx(loaded.pressures[0].max(), rel=0.05)
+    hours = data["life"] / (65.0 / (2 * np.pi)) / 3600
+    assert data["hours"].values == pytest.approx(hours.values, rel=1e-3)
+
+
+def test_a_duty_cycle_wears_as_its_runs_together():
+    run = run_on_balls_and_rollers()
+    early, late = (run.data.isel(time=part) for part in (slice(0, 1000), slice(1000, 2000)))
+    alone = [exugear.bearing_life(part, gearbox())["hours"] for part in (early, late)]
+    together = exugear.bearing_life([early, late], gearbox(), shares=[3.0, 1.0])["hours"]
+    assert (1 / together).values == pytest.approx((0.75 / alone[0] + 0.25 / alone[1]).values, rel=1e-3)
+
+
+def test_the_drag_follows_the_force_of_the_bearing():
+    data = run_on_balls_and_rollers().data
+    radial = np.hypot(*data["bearing_force"].values[0, :2])
+    omega, torque = data["shaft_speed"].values[0], data["drag_torque"].values[0]
+    assert torque == pytest.approx(DRAG.torque(omega, radial), rel=0.02)
+    assert (torque > 1.1 * DRAG.torque(omega)).all()
+
+
+def test_modes_are_those_on_the_tangent_stiffness():
+    ball = deep_groove(10 * um)
+    bearings = {0.0: ball, 60 * mm: ball}
+    model = exugear.build(box_of(fast=bearings, slow=bearings))
+    start = exugear.run_up(model, speed=60.0, load=LOAD, duration=1e-4, checks=0).data.isel(time=0)
+    frequency = exugear.modes(model, load=LOAD)["frequency"].values
+    tangents = [np.pad(ball.under((*-force, 0, 0)).stiffness, (0, 1)) for force in start["bearing_force"].values]
+    ends = [{z: exugear.Bearing(matrix=k) for z, k in zip(bearings, tangents[i : i + 2], strict=True)} for i in (0, 2)]
+    linear = exugear.modes(exugear.build(box_of(fast=ends[0], slow=ends[1])), load=LOAD)["frequency"].values
+    assert np.abs(linear[:, None] / frequency - 1).min(axis=1).max() < 2e-3
+
+
+def test_a_load_that_pulls_bearings_apart_is_refused_in_words():
+    ball = exugear.RollingBearing.angular_contact(**ANGULAR)
+    parts = {0.0: ball, 60 * mm: ball}
+    model = exugear.build(box_of(fast=parts, slow=parts))
+    with pytest.raises(ValueError, match="apart"):
+        exugear.run_up(model, speed=(60.0, 70.0), load=LOAD, duration=0.01)

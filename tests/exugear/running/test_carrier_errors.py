@@ -1,0 +1,80 @@
+"""Axes of carrier, ring and sun beside each other, and an eccentric carrier: shares of the planets over its turn."""
+
+from dataclasses import replace
+from math import cos, pi
+
+import numpy as np
+import pytest
+from planetary_boxes import GEAR, SUN_PAIR, members, planetary, waving_law
+
+import exugear
+from fem.units import deg, um
+
+#: Load on the carrier [N m], displacement [m] and direction [rad].
+LOAD, SHIFT, AT = 4000.0, 2 * um, 30 * deg
+ALPHA = SUN_PAIR.alpha_wt
+#: X = k e / F with 1/k = 1 / (2 k_m cos^2 alpha) and the force F of all pins.
+X = 2 * 5e8 * cos(ALPHA) ** 2 * SHIFT / (LOAD / SUN_PAIR.a)
+
+
+def turned(duration_turns: float = 1.0, displaced: str | None = None, **changes) -> tuple[exugear.Run, np.ndarray]:
+    """A run over turns of the carrier, and shares of the planets in the pin forces (3, n)."""
+    shafts = members()
+    if displaced:
+        offset = exugear.Placement(x=SHIFT * cos(AT), y=SHIFT * cos(AT - pi / 2))
+        shafts[displaced] = replace(shafts[displaced], offset=offset)
+    box = exugear.Gearbox([planetary(waving_law(amplitude=0.0), **shafts | changes)], held="ring")
+    options = {"sample": 2e-3, "tolerance": 1e-2, "power": True, "progress": False, "checks": 0}
+    run = exugear.run_up(exugear.build(box), speed=100.0, load=LOAD, duration=duration_turns * 2 * pi / 25, **options)
+    forces = run.data["mesh_force"].values.reshape(3, 2, -1).sum(axis=1)
+    return run, forces / forces.sum(axis=0)
+
+
+@pytest.mark.parametrize(("member", "amplitude"), [("carrier", X), ("ring", X / (2 * cos(ALPHA)))])
+def test_an_axis_beside_the_others_varies_the_shares_once_in_a_turn_of_the_carrier(member, amplitude):
+    """Carrier: 1/3 + X sin(psi + theta - at), ahead by -e sin; ring: it moves one of two meshes, along its line."""
+    run, shares = turned(displaced=member)
+    assert run.energy_balance().relative < 1e-9
+    theta = 25.0 * run.data["time"].values
+    waves = np.mean((shares * np.exp(-1j * theta))[:, 1:], axis=1) * 2
+    assert np.abs(waves) == pytest.approx(amplitude, rel=1e-3)
+    if member == "carrier":
+        psi = np.arange(3) * 2 * pi / 3
+        expected = 1 / 3 + X * np.sin(psi[:, None] + theta - AT)
+        assert shares == pytest.approx(expected, abs=1e-3 * X)
+
+
+def test_an_eccentric_carrier_gives_shares_that_stay():
+    """The pins are displaced by e sin(at - psi) in the carrier's frame: 1/3 - X sin(at - psi) throughout."""
+    _, shares = turned(0.3, eccentricity=(SHIFT / 4, AT))
+    psi = np.arange(3) * 2 * pi / 3
+    assert shares == pytest.approx(np.tile(1 / 3 - X / 4 * np.sin(AT - psi), (shares.shape[1], 1)).T, abs=2e-3 * X)
+
+
+def test_axes_that_cannot_be_followed_are_refused_in_words():
+    shafts = members()
+    tilted = replace(shafts["sun"], offset=exugear.Placement(tilt_x=1e-4))
+    with pytest.raises(ValueError, match="shaft 'sun' is tilted, seen from planets that turn about it"):
+        exugear.plan(exugear.Gearbox([planetary(**shafts | {"sun": tilted})], held="ring"))
+    with pytest.raises(ValueError, match="eccentricity must lie within"):
+        planetary(eccentricity=(20.0, 0.0))
+    with pytest.raises(ValueError, match="eccentricity must be a distance"):
+        planetary(eccentricity=20 * um)
+
+
+@pytest.mark.parametrize("planet", [0, 1])
+def test_a_planet_with_thinner_teeth_takes_less_whichever_flanks_drive(planet):
+    """Its pin would have to lie half of the thickness behind: (1 - (N - 1) X) / N with e = thickness / 2."""
+    thinner = 1 * um
+    thin = replace(GEAR, s_n=GEAR.s_n - thinner)
+    planets = [thin if n == planet else GEAR for n in range(3)]
+    x = X * (thinner / 2) / SHIFT
+    for driving in ("sun", "carrier"):
+        box = exugear.Gearbox([planetary(waving_law(amplitude=0.0), planet=planets)], held="ring", driving=driving)
+        load = LOAD / 4 if driving == "carrier" else LOAD
+        options = {"duration": 1e-3, "progress": False, "checks": 0}
+        data = exugear.run_up(exugear.build(box), speed=10.0, load=load, **options).data
+        forces = data["mesh_force"].values[:, -1].reshape(3, 2).sum(axis=1)
+        expected = np.full(3, (1 + x) / 3)
+        expected[planet] = (1 - 2 * x) / 3
+        assert forces / forces.sum() == pytest.approx(expected, abs=2e-2 * x)
