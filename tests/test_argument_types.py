@@ -62,7 +62,7 @@ TAKEN = {
         "string",
     ),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
-    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage", "RollingBearing.kind"), "string"),
+    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage", "RollingBearing.kind", "RollingBearing.estimate"), "string"),
     **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
         (

@@ -1,11 +1,14 @@
-"""Bearings of a REXS file as linear stiffnesses: given, rigid, or estimated from the boundary dimensions."""
+"""Bearings of a REXS file as linear stiffnesses: given, rigid, or those of rolling bearings by their catalogue."""
 
-from math import cos, inf, pi, radians, sin
-from typing import NamedTuple
+from math import pi, radians
+
+import numpy as np
+import scipy
 
 from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_reading import Reading
 from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.rolling_bearing import RollingBearing
 from fem.support.validation import require
 from fem.units import mm
 
@@ -17,22 +20,21 @@ RIGID, STIFF, STIFF_TILT = 1e12, 5e9, 1e7
 SOFT = 1e4
 #: Damping over stiffness [s]: files do not hold it.
 DAMPING_TIME = 1e-5
-#: Share of the dynamic capacity at which the stiffness is taken, and axial over radial stiffness of deep groove balls.
+#: Share of the dynamic capacity at which the stiffness is taken, and axial load over it of deep groove bearings.
 LOAD_SHARE, AXIAL_SHARE = 0.1, 0.3
-#: Outer over inner diameter where only the shaft's seat is known.
-OUTER_OVER_INNER = 1.8
-#: Contact angles by type [deg] where the rows do not hold them.
-ANGLES = {"angular_contact": 25.0, "four_point": 35.0, "tapered": 14.0}
-
-
-class BoundaryDimensions(NamedTuple):
-    """Bore, outside diameter and width [m], dynamic capacity [N] or None, contact angle [rad]."""
-
-    d: float
-    D: float
-    B: float
-    C: float | None
-    alpha: float
+#: Largest displacement of the rings against each other [m].
+FURTHEST = 0.5e-3
+#: Outer over inner diameter, and width over the height of the section, where the file does not hold them.
+OUTER_OVER_INNER, WIDTH_SHARE = 1.8, 0.45
+#: Kinds of rolling bearings by a part of the type's name, the first that fits, and their usual contact angles [deg].
+KINDS = {
+    "angular_contact": "angular contact",
+    "four_point": "angular contact",
+    "tapered": "tapered roller",
+    "roller": "cylindrical roller",
+    "ball": "deep groove",
+}
+ANGLES = {"angular contact": 25.0, "tapered roller": 14.0}
 
 
 def bearing_of(reading: Reading, component: Component, seat: float | None) -> Bearing:
@@ -77,69 +79,74 @@ def _stiffness(reading: Reading, component: Component, name: str, unit: str, sti
 
 
 def _estimated(reading: Reading, component: Component, seat: float | None) -> tuple[float, float]:
-    """Radial and axial stiffness [N/m] of a rolling bearing from its boundary dimensions.
+    """Radial and axial stiffness [N/m] of a rolling bearing under a tenth of its capacity.
 
-    Number and size of the rolling elements follow the usual proportions; the deflection is Palmgren's (Ball and Roller
-    Bearing Engineering, 1959). Within a factor of 2.
+    Its inner geometry is estimated from the boundary dimensions and capacities (`exugear.RollingBearing`).
     """
-    kind = reading.text(component, "bearing_type", "radial_grooved_ball_bearing")
-    size = _dimensions(reading, component, seat, kind)
-    if "ball" in kind:
-        radial, axial = ball_stiffness(size)
-        deep_groove = "grooved" in kind or "self_aligning" in kind
-        axial = AXIAL_SHARE * radial if deep_groove else axial
-    else:
-        radial, axial = roller_stiffness(size)
-    words = f"{kind}: radial {radial:.3g}, axial {axial:.3g} N/m, within a factor of 2"
-    reading.account.assumed(component.title, f"{words}, by Palmgren at a tenth of the capacity")
-    return radial, axial
+    rolling = _rolling(reading, component, seat)
+    force = LOAD_SHARE * rolling.C
+    by_radial = _stiffness_under(rolling, 0, force)
+    words = f"{rolling.kind} bearing, linear under {force:.4g} N, a tenth of its capacity"
+    reading.account.assumed(component.title, f"{words}; {rolling.estimate}")
+    if rolling.kind == "deep groove":
+        return by_radial[0, 0], _stiffness_under(rolling, 2, AXIAL_SHARE * force)[2, 2]
+    return by_radial[0, 0], by_radial[2, 2] if rolling.rows[0].alpha else 0.0
 
 
-def _dimensions(reading: Reading, component: Component, seat: float | None, kind: str) -> BoundaryDimensions:
+def _stiffness_under(rolling: RollingBearing, component: int, force: float) -> np.ndarray:
+    """(5, 5) stiffness of a bearing that is displaced along x (0) or z (2) until it resists with a force [N].
+
+    The shaft holds its rings parallel and, along x, its axial position: half of the elements then carry.
+    """
+
+    def displaced(share: float):
+        return rolling.displaced([share if i == component else 0.0 for i in range(5)])
+
+    at = scipy.optimize.brentq(lambda x: abs(displaced(x).force[component]) - force, 0.0, FURTHEST, xtol=1e-10)
+    return np.abs(displaced(at).stiffness)
+
+
+def _rolling(reading: Reading, component: Component, seat: float | None) -> RollingBearing:
+    """The rolling bearing of these boundary dimensions; what the file lacks follows from usual proportions."""
+    type = reading.text(component, "bearing_type", "radial_grooved_ball_bearing")
+    kind = next((kind for name, kind in KINDS.items() if name in type), "deep groove")
+    if not any(name in type for name in KINDS):
+        reading.account.assumed(component.title, f"{type} as a {kind} bearing")
     d = reading.number(component, "inner_diameter", "m", 0.0) or seat or 0.0
     require(d > 0, f"{component.title} lacks inner_diameter, and its shaft has no section at its seat")
     outer = reading.number(component, "outer_diameter", "m", 0.0)
-    if not outer:
-        outer = OUTER_OVER_INNER * d
-        reading.account.assumed(component.title, f"outside diameter {outer / mm:.4g} mm for a bore of {d / mm:.4g} mm")
-    require(outer > d, f"outer_diameter of {component.title} must exceed its bore, got {outer / mm:g}, {d / mm:g} mm")
-    width = reading.number(component, "width", "m", 0.0) or 0.45 * (outer - d)
-    names = "dynamic_capacity", "dynamic_load_rating"
-    capacity = next((reading.number(component, name, "N") for name in names if reading.has(component, name)), None)
-    angles = [
-        reading.number(row, "pressure_angle", "rad", 0.0) for row in reading.parts_of(component, "rolling_bearing_row")
-    ]
-    by_type = next((radians(angle) for name, angle in ANGLES.items() if name in kind), 0.0)
-    alpha = abs(angles[0]) if angles and angles[0] else by_type
-    return BoundaryDimensions(d, outer, width, capacity or None, alpha)
+    width = reading.number(component, "width", "m", 0.0)
+    capacities = [_capacity(reading, component, side) for side in ("dynamic", "static")]
+    if not outer or not width or not all(capacities):
+        outer = outer or OUTER_OVER_INNER * d
+        width = width or WIDTH_SHARE * (outer - d)
+        usual = _usual_capacities(kind, d, outer, width)
+        capacities = [given or assumed for given, assumed in zip(capacities, usual, strict=True)]
+        sizes = f"D {outer / mm:.4g}, B {width / mm:.4g} mm, C {capacities[0]:.3g}, C_0 {capacities[1]:.3g} N"
+        reading.account.assumed(
+            component.title, f"{sizes} for a bore of {d / mm:.4g} mm, as the file lacks some of them"
+        )
+    rows = reading.parts_of(component, "rolling_bearing_row")
+    angles = [reading.number(row, "pressure_angle", "rad", 0.0) for row in rows]
+    usual_angle = radians(ANGLES.get(kind, 0.0))
+    alpha = (abs(angles[0]) if angles and angles[0] else usual_angle) if kind in ANGLES else 0.0
+    return RollingBearing.from_catalogue(kind, d=d, D=outer, B=width, C=capacities[0], C_0=capacities[1], alpha=alpha)
 
 
-def ball_stiffness(size: BoundaryDimensions) -> tuple[float, float]:
-    """Radial and axial stiffness [N/m] of a ball bearing; the axial one is infinite without a contact angle."""
-    ball, pitch = 0.31 * (size.D - size.d) / mm, (size.D + size.d) / 2 / mm
-    number = max(5, round(0.6 * pi * pitch / ball))
-    capacity = size.C or 75 * number ** (2 / 3) * ball**1.8
-    force = LOAD_SHARE * capacity
-
-    def deflection(share: float, at: float) -> float:
-        load = share * force / (number * at)
-        return 4.37e-4 / at * (load**2 / ball) ** (1 / 3) * mm
-
-    radial = 1.5 * force / deflection(5.0, cos(size.alpha))
-    axial = 1.5 * force / deflection(1.0, sin(size.alpha)) if size.alpha > 0 else inf
-    return radial, axial
+def _capacity(reading: Reading, component: Component, side: str) -> float:
+    """Dynamic or static capacity [N] by any of its names, 0 where the file lacks it."""
+    names = f"{side}_capacity", f"{side}_load_rating", f"radial_{side}_load_rating"
+    return next((reading.number(component, name, "N") for name in names if reading.has(component, name)), 0.0)
 
 
-def roller_stiffness(size: BoundaryDimensions) -> tuple[float, float]:
-    """Radial and axial stiffness [N/m] of a roller bearing; the axial one is 0 without a contact angle."""
-    roller, pitch, length = 0.27 * (size.D - size.d) / mm, (size.D + size.d) / 2 / mm, 0.6 * size.B / mm
-    number = max(8, round(0.85 * pi * pitch / roller))
-    capacity = size.C or 90 * length ** (7 / 9) * number**0.75 * roller ** (29 / 27)
-    force = LOAD_SHARE * capacity
-
-    def deflection(share: float, at: float) -> float:
-        return 7.68e-5 / at * (share * force / (number * at)) ** 0.9 / length**0.8 * mm
-
-    radial = force / (0.9 * deflection(4.08, cos(size.alpha)))
-    axial = force / (0.9 * deflection(1.0, sin(size.alpha))) if size.alpha > 0 else 0.0
-    return radial, axial
+def _usual_capacities(kind: str, d: float, outer: float, width: float) -> tuple[float, float]:
+    """Dynamic and static capacity [N] of a bearing of usual proportions (ISO 281, ISO 76)."""
+    pitch, height, length = (outer + d) / 2 / mm, (outer - d) / mm, 0.6 * width / mm
+    if kind in ("deep groove", "angular contact"):
+        ball = 0.31 * height
+        number = max(5, round(0.6 * pi * pitch / ball))
+        return 75 * number ** (2 / 3) * ball**1.8, 12 * number * ball**2
+    roller = 0.25 * height
+    number = max(8, round(0.82 * pi * pitch / roller))
+    dynamic = 90 * length ** (7 / 9) * number**0.75 * roller ** (29 / 27)
+    return dynamic, 44 * (1 - roller / pitch) * number * length * roller

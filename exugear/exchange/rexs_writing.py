@@ -1,10 +1,8 @@
 """Gearboxes written as REXS files of version 1.4 in XML, for other programs."""
 
-import os
 from collections.abc import Iterable
 from math import atan2, pi
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,6 +17,7 @@ from fem.gear.gear import Gear
 from fem.microgeometry.flank import Sides
 from fem.microgeometry.modification import LeadCrowning, ProfileCrowning, RootRelief, TipRelief
 from fem.support.arguments import FilePath, checked
+from fem.support.cache import complete_file
 from fem.support.validation import require
 from fem.support.version import __version__
 from fem.units import deg, mm
@@ -56,22 +55,11 @@ def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] 
     writing = _Writing()
     writing.gearbox(gearbox)
     writing.load_spectrum(gearbox, list(load_cases))
-    _write_whole(Path(path), writing.tree())
-    return writing.account
-
-
-def _write_whole(path: Path, tree: ElementTree.Element) -> None:
-    """Write beside the file first, so that it is whole or absent."""
+    tree = writing.tree()
     ElementTree.indent(tree)
-    with NamedTemporaryFile(dir=path.parent, suffix=path.suffix, delete=False) as file:
-        part = Path(file.name)
-        try:
-            file.write(ElementTree.tostring(tree, encoding="utf-8", xml_declaration=True))
-        except BaseException:
-            part.unlink()
-            raise
-    os.chmod(part, 0o644)
-    part.replace(path)
+    with complete_file(Path(path)) as file:
+        file.write(ElementTree.tostring(tree, encoding="utf-8", xml_declaration=True))
+    return writing.account
 
 
 class _Writing:

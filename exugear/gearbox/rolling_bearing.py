@@ -7,8 +7,9 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 
-from exugear.gearbox.bearing import about_pole
+from exugear.gearbox.bearing import Bearing, about_pole
 from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.rolling_bearings.catalogue import HABITS, Sizes, described, estimated_row, pitch_diameter
 from exugear.rolling_bearings.law import LawRecord, Response, law_record, response
 from exugear.rolling_bearings.life import dynamic_capacity, reference_life
 from exugear.rolling_bearings.rows import SHORT_DROP, TAPERED_DROP, BallRow, RollerRow, Row
@@ -39,6 +40,7 @@ class RollingBearing:
     C              dynamic radial capacity of a single row [N]; by default that of ISO 281 for the geometry
     damping_time   damping over stiffness [s]: force = dU/dq + damping_time d2U/dq2 dq/dt
     drag           `Drag` or `BearingDrag`: the torque by which it brakes the shaft
+    estimate       how the geometry was estimated, with its error (`from_catalogue`); empty where it is given
 
     Force and moment are the slopes of one energy U of displacement and tilts (x, y, z, about x, about y), Hertzian
     contacts of balls, laminae of rollers with their profile: the stiffness is symmetric. Rings are rigid, centrifugal
@@ -52,6 +54,7 @@ class RollingBearing:
     C: float = field(kw_only=True)
     damping_time: float = field(default=0.0, kw_only=True)
     drag: Drag | BearingDrag | None = field(default=None, kw_only=True)
+    estimate: str = field(default="", kw_only=True)
 
     def __post_init__(self):
         require(len(self.rows) > 0, "rows must hold at least one row of balls or rollers, got none")
@@ -207,6 +210,62 @@ class RollingBearing:
         return cls._of("tapered roller", row, C, damping_time, drag)
 
     @classmethod
+    @checked
+    def from_catalogue(
+        cls,
+        kind: str,
+        *,
+        d: float,
+        D: float,
+        B: float,
+        C: float,
+        C_0: float,
+        alpha: float = 0.0,
+        direction: int = 1,
+        clearance: float = 0.0,
+        damping_time: float = 0.0,
+        drag: Drag | BearingDrag | None = None,
+    ) -> "RollingBearing":
+        """A bearing whose inner geometry is estimated from what catalogues tell; `estimate` tells how well.
+
+        kind        "deep groove", "angular contact", "cylindrical roller" or "tapered roller"
+        d, D, B     bore, outer diameter, width [m]
+        C, C_0      dynamic and static radial capacity [N]
+        alpha       contact angle [rad], of angular contact and tapered roller bearings
+        direction   of these, as in `angular_contact`
+        clearance   diametral one in operation of the others [m]
+
+        The elements are those that fit the capacities of ISO 281 and ISO 76 and what bearings of a type have in common.
+        Needle bearings vary too much: give their geometry. Raises ValueError for other kinds and for sizes that no
+        bearing has.
+        """
+        kinds = ", ".join(map(repr, HABITS))
+        require(kind in HABITS, f"kind must be one of {kinds}, got {kind!r}")
+        require(0 < d < D < 3, f"d and D must be 0 < d < D < 3 m, got d = {d:g}, D = {D:g}; pass metres: 25*mm")
+        require(0 < B < D, f"B must lie in (0, D), got {B:g} m beside D = {D:g} m; pass metres: 17*mm")
+        for name, capacity in (("C", C), ("C_0", C_0)):
+            size = f"{name} must lie in (0.5, 500) N/mm^2 of D B, got {capacity:g} N; pass newtons: 23.4 kN are 23.4e3"
+            require(0.5 < capacity / (D * B / mm**2) < 500, size)
+        angular = kind in ("angular contact", "tapered roller")
+        require(angular == (alpha != 0), f"alpha must be given for bearings with a contact angle only, got {alpha:g}")
+        sizes = Sizes(d, D, B, C, C_0, alpha)
+        diameter = pitch_diameter(sizes)
+
+        def row_of(Z: int, D_w: float, length: float) -> Row:
+            if kind == "deep groove":
+                return cls.deep_groove(Z=Z, D_w=D_w, D_pw=diameter, clearance=clearance).rows[0]
+            if kind == "angular contact":
+                return cls.angular_contact(Z=Z, D_w=D_w, D_pw=diameter, alpha=alpha, direction=direction).rows[0]
+            rollers = {"Z": Z, "D_w": D_w, "D_pw": diameter, "L_we": max(length, 0.1 * D_w)}
+            if kind == "cylindrical roller":
+                return cls.cylindrical_roller(**rollers, clearance=clearance).rows[0]
+            return cls.tapered_roller(**rollers, alpha=alpha, direction=direction).rows[0]
+
+        row, others = estimated_row(kind, sizes, row_of)
+        text = described(row, others, sizes)
+        return cls(kind, (row,), C=C, damping_time=damping_time, drag=drag, estimate=text)
+
+    @classmethod
     def _of(cls, kind: str, row: Row, C, damping_time: float, drag) -> "RollingBearing":
         capacity = dynamic_capacity(row) if C is None else C
         return cls(kind, (row,), C=capacity, damping_time=damping_time, drag=drag)
@@ -353,6 +412,12 @@ class LoadedBearing:
     def stiffness(self) -> np.ndarray:
         """(5, 5) tangent stiffness [N/m, N/rad, N m/rad], symmetric."""
         return self._response.hessian[0]
+
+    @property
+    def linear(self) -> Bearing:
+        """The linear `Bearing` with this tangent stiffness, for runs in which the load hardly changes it."""
+        bearing = self.bearing
+        return Bearing(matrix=np.pad(self.stiffness, (0, 1)), damping_time=bearing.damping_time, drag=bearing.drag)
 
     @property
     def loads(self) -> list[np.ndarray]:

@@ -25,9 +25,10 @@ from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
 from exugear.multibody.direct_call import direct
+from exugear.multibody.rolling_bearings import add_rolling_bearing
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.planning.coordinates import Coordinates
-from exugear.rolling_bearings.law import LawRecord, law_at, law_record, reaction, rolling_bearing_kernel
+from exugear.rolling_bearings.law import LawRecord, law_at, law_record, reaction
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
@@ -57,7 +58,7 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
     for axial, bearing in shaft.bearings.items():
         if isinstance(bearing, RollingBearing):
-            items.append(_rolling_bearing(mbs, node, bearing, axial - shaft.centre))
+            items.append(add_rolling_bearing(mbs, node, bearing, axial - shaft.centre))
         elif not bearing.linear:
             force, jacobian, law = bearing_functions(bearing, axial - shaft.centre)
             force = direct(errors_kept(mbs, force), bearing_kernel, (law,), 6)
@@ -91,30 +92,6 @@ def bearing_functions(bearing: Bearing, lever: float):
         return (factor + factor_t * bearing.damping_time) * in_radial_plane
 
     return bearing_force, bearing_jacobian, law
-
-
-def _rolling_bearing(mbs, node: int, bearing: RollingBearing, lever: float):
-    """The object of a rolling bearing a lever [m] above the centre of mass of the body on a node."""
-    force, jacobian, law = rolling_functions(bearing, lever)
-    force = direct(errors_kept(mbs, force), rolling_bearing_kernel, (law.record,), 6, pointed_to=law)
-    return eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)
-
-
-def rolling_functions(bearing: RollingBearing, lever: float):
-    """Force and Jacobian of a rolling bearing for Exudyn, and the law of its kernel; see `bearing_functions`."""
-    law = law_record(bearing.rows, lever, bearing.damping_time, tables=True)
-    address = law.address
-
-    def rolling_force(mbs, t, item, q, q_t):
-        try:
-            return rolling_bearing_kernel(address, t, *q, *q_t)
-        except ValueError as error:
-            raise Diverged(f"displacement {error.args[0]:.4g} m of a rolling bearing is beyond all bounds") from None
-
-    def rolling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        return (factor + factor_t * bearing.damping_time) * tangent_stiffness(bearing, lever, np.array(q))
-
-    return rolling_force, rolling_jacobian, law
 
 
 def radial_record(bearing: Bearing, lever: float) -> np.record:

@@ -5,17 +5,26 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
-from exugear.multibody.model import Mesh, Model, on_body
+from exugear.multibody.model import BearingTangents, Mesh, Model, bearing_tangents, on_body
+from exugear.multibody.rolling_bearings import predict_bearings
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
 
-def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> None:
-    """Set what the predictor of a contact needs in the steps of a rule (`exugear.multibody.integrator_steps.STEPS`)."""
+def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearings: BearingTangents) -> None:
+    """Set what the predictor of a contact needs in the steps of a rule (`exugear.multibody.integrator_steps.STEPS`).
+
+    bearings   changes of stiffness and damping by nonlinear bearings at the start, where the linear system is stiffest:
+               the predictor only uses the change of their forces in a step, so that an offset does not count
+    """
     system, h = mesh.free_system, rule.step
     if system is None:
         return
+    part = np.ix_(system.free, system.free)
+    stiffness, damping = system.stiffness + bearings.stiffness[part], system.damping + bearings.damping[part]
+    system = system._replace(stiffness=stiffness, damping=damping)
     steps.duration, steps.deflection, steps.rate, steps.matrix = h, rule.beta * h**2, GAMMA * h, 0.0
     row = mesh.row[system.free]
     matrix = system.mass + steps.deflection * system.stiffness + steps.rate * system.damping
@@ -41,6 +50,8 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
     forces.
     """
     loops = len(model.meshes) >= len(model.bodies)
+    predict_bearings(model.mbs, rule if rule.spectral_radius is None else None)
+    bearings = bearing_tangents(model, np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL)))
     for mesh in model.meshes:
         state = state_of(model.mbs, mesh.contact)
         state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
@@ -48,10 +59,11 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
         state["steps"] = np.zeros((), STEPS)
         state.steps.last_time = np.nan
         if rule.spectral_radius is None:
-            set_predictor(model, mesh, rule, state.steps)
+            set_predictor(model, mesh, rule, state.steps, bearings)
     try:
         yield
     finally:
+        predict_bearings(model.mbs, None)
         for mesh in model.meshes:
             state = state_of(model.mbs, mesh.contact)
             state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)

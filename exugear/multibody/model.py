@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import exudyn as exu
 import numpy as np
@@ -359,6 +359,36 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
                 else:
                     total[part, part] += radial_part(float(bearing.stiffness[0, 0]), lever)
     return total
+
+
+class BearingTangents(NamedTuple):
+    """Changes (n, n) of the stiffness and damping matrix of the linear system by nonlinear bearings in a state."""
+
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
+def bearing_tangents(system: BuiltSystem, q: np.ndarray) -> BearingTangents:
+    """What the tangents of nonlinear bearings at coordinates q (n,) add to the linear system, which has their steepest.
+
+    The damping of the linear system is that at rest.
+    """
+    stiffness, damping = -nonlinear_bearing_stiffness(system), np.zeros((q.size, q.size))
+    for shaft in system.gearbox.shafts:
+        part = slice(system.spins[shaft.name] - 5, system.spins[shaft.name] + 1)
+        built = system.elastics.get(shaft.name)
+        for axial, bearing in shaft.bearings.items():
+            if not bearing.linear and built:
+                rows, among = built.elastic.at_bearing(axial), np.ix_(built.indices, built.indices)
+                displaced = rows @ q[built.indices]
+                at_rest, now = (tangent_stiffness(bearing, 0.0, x) for x in (np.zeros(6), displaced))
+                stiffness[among] += rows.T @ (now - at_rest) @ rows
+                damping[among] += bearing.damping_time * rows.T @ (now - at_rest) @ rows
+            elif not bearing.linear:
+                at_rest, now = (tangent_stiffness(bearing, axial - shaft.centre, x) for x in (np.zeros(6), q[part]))
+                stiffness[part, part] += now - at_rest
+                damping[part, part] += bearing.damping_time * (now - at_rest)
+    return BearingTangents(stiffness, damping)
 
 
 def on_bearings(model: BuiltSystem, mesh: BuiltMesh) -> bool:

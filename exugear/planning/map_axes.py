@@ -3,7 +3,7 @@
 Where a map lacks such an axis, the plan estimates how far the gears move under a load, and advises the offsets to map.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import acos, ceil, floor, isfinite, log10
 
 import numpy as np
@@ -182,10 +182,7 @@ def _displacements(
     elastic: Mapping[str, ElasticShaft],
 ) -> dict[tuple[str, float], np.ndarray]:
     """(6,) static displacement [m, rad] of each shaft as its gear sees it, by name and axial position."""
-    push = {end: np.zeros(6) for stage in gearbox.stages for end in stage.ends}
-    for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
-        for end, row in zip(stage.ends, np.split(spatial_row(mesh_frame(gearbox, stage)), 2), strict=True):
-            push[end] -= force * row
+    push = _push_on_gears(gearbox, loads)
     displaced: dict[tuple[str, float], np.ndarray] = {}
     for shaft in gearbox.shafts:
         pushed = {axial: forces for (name, axial), forces in push.items() if name == shaft.name}
@@ -196,7 +193,9 @@ def _displacements(
             displaced |= {(shaft.name, x): moved[6 * i : 6 * i + 6] for i, x in enumerate(shaft.stations)}
         else:
             total, free = sum(pushed.values(), np.zeros(6)), shafts[shaft.name].components[:-1]
-            displaced |= dict.fromkeys([(shaft.name, x) for x in pushed], _displacement(shaft, total, free))
+            displaced |= dict.fromkeys(
+                [(shaft.name, x) for x in pushed], static_displacement_or_inf(shaft, total, free)
+            )
     return displaced
 
 
@@ -208,7 +207,24 @@ def _elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> np.ndarr
         return np.full(elastic.size, np.inf)
 
 
-def _displacement(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
+def _push_on_gears(gearbox: Gearbox, loads: Mapping[str, float]) -> dict[tuple[str, float], np.ndarray]:
+    """(6,) forces and moments [N, N m] of the meshes on the centre of mass of a shaft, by its name and its gear."""
+    push = {end: np.zeros(6) for stage in gearbox.stages for end in stage.ends}
+    for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
+        for end, row in zip(stage.ends, np.split(spatial_row(mesh_frame(gearbox, stage)), 2), strict=True):
+            push[end] -= force * row
+    return push
+
+
+def push_on_shafts(gearbox: Gearbox, loads: Mapping[str, float]) -> dict[str, np.ndarray]:
+    """(6,) forces and moments [N, N m] of the meshes on the centre of mass of each shaft."""
+    push = {shaft.name: np.zeros(6) for shaft in gearbox.shafts}
+    for (name, _), forces in _push_on_gears(gearbox, loads).items():
+        push[name] += forces
+    return push
+
+
+def static_displacement_or_inf(shaft: Shaft, push: np.ndarray, free: Sequence[int]) -> np.ndarray:
     """(6,) static displacement of a shaft [m, rad]; inf where its rolling bearings do not carry the load."""
     try:
         return static_displacement(shaft, push, free)[0]

@@ -14,6 +14,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
+from exugear.planning.rolling_bearings import words_on_rolling_bearings
 from exugear.planning.set_words import stages_of_sets, words_of_sets
 from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
@@ -47,6 +48,7 @@ class Plan:
     laws        force law of each stage by its label, with the axes that the scene needs
     axes        reason for the axes, by stage
     undamped    whether no mesh, bearing or coupling is damped
+    bearings    by shaft: whether the load leaves the linear range of its rolling bearings, and what is estimated
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
     damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
     mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
@@ -66,6 +68,7 @@ class Plan:
     losses: Mapping[str, str] = field(default_factory=dict)
     damping: Mapping[str, str] = field(default_factory=dict)
     mirrored: Mapping[str, str] = field(default_factory=dict)
+    bearings: Mapping[str, str] = field(default_factory=dict)
     sets: Mapping[str, str] = field(default_factory=dict)
     set_stages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     elastic: Mapping[str, ElasticShaft] = field(default_factory=dict)
@@ -102,7 +105,7 @@ class Plan:
         lines += [f"{name}: {text}" for name, text in self.flexible.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
-        lines += [f"{name}: {text}" for name, text in self.losses.items()]
+        lines += [f"{name}: {text}" for texts in (self.bearings, self.losses) for name, text in texts.items()]
         lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
         lines += [f"{label}: {COAST_MAPPED}" for label, law in self.laws.items() if law.coast is not None]
         lines += [f"{label}: {COAST_MIRRORED.format(reason)}" for label, reason in self.mirrored.items()]
@@ -166,8 +169,9 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
     of_sets = {"sets": words_of_sets(gearbox, shafts), "set_stages": stages_of_sets(gearbox)}
-    words = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored
-    return Plan(shafts, why, laws, axes, *words, **of_sets, elastic=elastic, flexible=flexible)
+    rolling = words_on_rolling_bearings(gearbox, shafts, torques)
+    beside = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, rolling
+    return Plan(shafts, why, laws, axes, *beside, **of_sets, elastic=elastic, flexible=flexible)
 
 
 def _undamped(gearbox: Gearbox) -> bool:

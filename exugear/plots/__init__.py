@@ -3,6 +3,7 @@
 from exugear.plots.branch_plots import plot_branches
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
+from exugear.plots.gearbox_drawing import plot_gearbox
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
 from exugear.plots.map_plots import plot_load_sharing, plot_ring_stiffness, plot_ste, plot_stiffness, plot_te_harmonics
 from exugear.plots.mesh_plots import plot_section, plot_solid
@@ -39,6 +40,7 @@ __all__ = [
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
+    "plot_gearbox",
     "plot_gears",
     "plot_levels",
     "plot_load_distribution",

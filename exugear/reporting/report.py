@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from exugear.multibody.model import Model
+from exugear.plots.gearbox_drawing import plot_gearbox
 from exugear.reporting.document import Section, page, printed
 from exugear.reporting.inputs import assumptions, errors, inputs, speed_range, versions
-from exugear.reporting.results import results, vibration
+from exugear.reporting.results import drawn, results, vibration
 from exugear.reporting.set_results import set_sections
 from exugear.running.run import Run
 from exugear.running.run_data import stage_data
@@ -22,7 +23,8 @@ def report(run: Run, path: FilePath, *, model: Model | None = None, title: str =
 
     run     an `exugear.Run`
     path    of the page, ending in .html; the PDF has the same name
-    model   `exugear.Model` of the run: the report then has its vibration modes and its Campbell diagram too
+    model   `exugear.Model` of the run: the report then begins with a drawing of the gearbox, and has its vibration
+            modes and its Campbell diagram
     title   heading of the report
 
     Returns the files written, each complete. The page holds a summary, figures, tables of resonances, of planetary sets
@@ -44,10 +46,19 @@ def _subtitle(run: Run) -> str:
     return f"{run.data.attrs['title']} of {stages}, {speed_range(run.data)}"
 
 
+def gearbox_section(model: Model) -> Section:
+    """The drawing of the gearbox."""
+    caption = (
+        "The gearbox from the side, to scale: gears with tip and root circles, bearings crossed out; dashed shafts"
+    )
+    return Section("Gearbox", figures=(drawn(plot_gearbox, f"{caption} have no sections.", model.gearbox),))
+
+
 def _sections(run: Run, model: Model | None) -> list[Section]:
     """Sections of the report in the order of the page."""
     data = run.data
     return [
+        *([gearbox_section(model)] if model else []),
         results(data),
         *set_sections(data),
         *([vibration(model, data)] if model else []),

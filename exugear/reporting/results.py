@@ -76,7 +76,7 @@ def _power(data: xr.Dataset) -> Figure:
     return drawn(plot_power, "Power that dampers, friction and drag dissipate.", data)
 
 
-def drawn(plot: Callable, caption: str, data: xr.Dataset, **options) -> Figure:
+def drawn(plot: Callable, caption: str, data: Any, **options) -> Figure:
     """A plot of data across the whole width of the page."""
     drawing = figure()
     drawing.set_size_inches(8.0, 4.0)

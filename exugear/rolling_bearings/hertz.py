@@ -3,6 +3,7 @@
 T. A. Harris and M. N. Kotzalas, Rolling bearing analysis, CRC Press (2007), chapter 6.
 """
 
+from functools import lru_cache
 from math import pi
 from typing import NamedTuple
 
@@ -20,6 +21,7 @@ class Ellipse(NamedTuple):
     delta: float
 
 
+@lru_cache
 def ellipse(curvature_difference: float) -> Ellipse:
     """The dimensionless ellipse of a contact by its curvature difference F(rho) in [0, 1)."""
     if curvature_difference < 1e-9:

@@ -263,19 +263,3 @@ def response(law: LawRecord, lever: float, q: np.ndarray) -> Response:
     values = Response(np.zeros(len(q)), np.zeros((len(q), 5)), np.zeros((len(q), 5, 5)))
     add_law(law.address, lever, q, *values)
     return values
-
-
-@kept
-def rolling_bearing_kernel(record, t, *x):
-    """Generalized forces (6) of a rolling bearing on a shaft, first order in the tilts.
-
-    record   address of a `LAW`
-    x        coordinates of the shaft's centre of mass (x, y, z, tilts, spin) and their rates
-
-    Raises ValueError(displacement) beyond all bounds.
-    """
-    law, far = law_at(record), abs(x[0]) + abs(x[1]) + abs(x[2])
-    if not far <= FAR:
-        raise ValueError(far)
-    fx, fy, fz, fa, fb = reaction(law, (x[0], x[1], x[2], x[3], x[4]), (x[6], x[7], x[8], x[9], x[10]))
-    return fx, fy, fz, fa, fb, 0.0

@@ -256,3 +256,13 @@ class RollerRow(Row):
     def preloaded(self, approach: float) -> "RollerRow":
         """The row whose rings are pushed together along the axis [m]."""
         return replace(self, gap=self.gap - approach * sin(self.alpha))
+
+
+def static_capacity(row: Row) -> float:
+    """Static radial capacity of a row [N] (ISO 76): the heaviest element, with 5 / Z of the load, at that pressure."""
+    if isinstance(row, BallRow):
+        heaviest = row.stiffness * row.static_approach**1.5
+    else:
+        assert isinstance(row, RollerRow)
+        heaviest = row.L_we * (STATIC_PRESSURE_OF_ROLLERS / row.inner.pressure(1.0)) ** 2
+    return row.Z * cos(row.alpha) * heaviest / 5

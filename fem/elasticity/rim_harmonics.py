@@ -10,6 +10,7 @@ and contracts along its axis, are free of load and eliminated. A support holds t
 axis.
 """
 
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -55,9 +56,14 @@ class Pitch(NamedTuple):
         return (stiffness + stiffness.conj().T) / 2, flank
 
 
+#: Highest harmonic of the displacement of the rim, over the number of teeth: its waves are shorter than a pitch. On a
+#: rim of 2.25 modules te is then within 0.01 % of its limit for bolts that hold 5 modules, 0.3 % for 1.5 modules.
+HARMONICS = 1.25
+
+
 def number_of_harmonics(gear: Gear) -> int:
-    """Highest harmonic of the displacement of the rim, whose waves are as long as a pitch."""
-    return abs(gear.z)
+    """Highest harmonic N of the displacement of the rim."""
+    return ceil(HARMONICS * abs(gear.z))
 
 
 @one_thread()

@@ -56,12 +56,12 @@ class Bolts:
     def __post_init__(self, number_: int | None, first: float):
         as_floats(self)
         require((number_ is None) != (self.angles is None), "give the number of bolts or their angles, one of them")
+        at, turn = number("first", first), f"first must lie in [-2 pi, 2 pi] (pass radians: 20*deg), got {first}"
+        require(-2 * pi <= at <= 2 * pi, turn)
+        require(at == 0 or self.angles is None, f"first belongs to a number of bolts, got {first} beside angles")
         if number_ is not None:
             count = number("number", number_)
             require(1 <= count <= 10_000 and count % 1 == 0, f"number must be a whole number of bolts, got {number_}")
-            at = number("first", first)
-            turn = f"first must lie in [-2 pi, 2 pi] (pass radians: 20*deg), got {first}"
-            require(-2 * pi <= at <= 2 * pi, turn)
             angles = at + 2 * pi * np.arange(int(count)) / int(count)
         else:
             angles = np.atleast_1d(numbers("angles", self.angles))
@@ -72,10 +72,6 @@ class Bolts:
         set_fields(self, angles=tuple(angles.tolist()))
         _check_stiffness(self, "N/m")
         require(0 < self.width < np.inf, f"width must be > 0 m, got {self.width}")
-
-    def mirrored(self, about: float) -> "Bolts":
-        """The bolts of the mirror image of a ring, at an angle `about` minus theirs [rad]."""
-        return replace(self, angles=tuple(about - angle for angle in reversed(self.angles)))
 
 
 @short()
@@ -96,10 +92,6 @@ class Bush:
         as_floats(self)
         _check_stiffness(self, "N/m per metre of circumference")
 
-    def mirrored(self, about: float) -> "Bush":
-        """The same: a bush is even."""
-        return self
-
 
 Support = Bolts | Bush
 KINDS = {"Bolts": Bolts, "Bush": Bush}
@@ -111,6 +103,13 @@ def supports_of(support) -> tuple[Support, ...]:
     if not all(isinstance(part, Support) for part in parts):
         raise ValueError(f"support must hold fem.Bolts or fem.Bush, got {text_of(support)}")
     return parts
+
+
+def mirrored(support: Support, about: float) -> Support:
+    """The support of the mirror image of a ring, with bolts at an angle `about` minus theirs [rad]."""
+    if isinstance(support, Bush):
+        return support
+    return replace(support, angles=tuple(about - angle for angle in reversed(support.angles)))
 
 
 def check_supports(supports: tuple[Support, ...], radius: float) -> None:

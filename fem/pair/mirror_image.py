@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 
 from fem.gear.gear import Gear
+from fem.gear.rim_support import mirrored
 from fem.microgeometry.deviation import PitchDeviation
 from fem.microgeometry.flank import Sides
 from fem.pair.pair import GearPair
@@ -27,7 +28,7 @@ def mirror_image(pair: GearPair) -> GearPair:
 def _mirrored(gear: Gear, first: int) -> Gear:
     """The mirror image of a gear, whose tooth k is tooth first - k of the gear."""
     left, right = (tuple(_renumbered(part, first) for part in side) for side in (gear.coast_flank, gear.drive_flank))
-    support = tuple(part.mirrored(2 * pi * first / abs(gear.z)) for part in gear.support)
+    support = tuple(mirrored(part, 2 * pi * first / abs(gear.z)) for part in gear.support)
     return replace(gear, beta=-gear.beta, flank=left if left == right else Sides(left, right), support=support)
 
 

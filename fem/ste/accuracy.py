@@ -15,6 +15,7 @@ import numpy as np
 
 from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.mesh_density import PARTS
+from fem.gear.rim_support import period
 from fem.ste.error_estimation import (
     CHECKED_PHASES,
     LoadedCurves,
@@ -25,13 +26,15 @@ from fem.ste.error_estimation import (
     interval_error,
     mesh_errors,
     phase_error,
+    ring_angle_error,
 )
 from fem.ste.inputs import UpTo
 from fem.ste.map_solver import ContactModel
 from fem.ste.right_flanks import Symmetry, mirrored_model, symmetry_of
+from fem.ste.ste_map import RING_ANGLE
 from fem.ste.te_measures import curve_peak_to_peak
 
-FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
+FEWEST_PHASES, MOST_PHASES, MOST_TORQUES, MOST_ANGLES = 12, 400, 40, 400
 #: Least deflection that counts, over the largest; least peak to peak that counts, over the largest.
 LEAST_DEFLECTION, LEAST_PEAK_TO_PEAK = 0.1, 0.25
 #: Least peak to peak that counts, over the deflection: for the mesh, and between phases and torques.
@@ -183,6 +186,31 @@ def allowed_error(
     p2p = curve_peak_to_peak(CHECKED_PHASES, np.array(te))
     p2p = np.max([p2p, np.full(p2p.size, LEAST_PEAK_TO_PEAK * p2p.max()), least_ratio * counted], axis=0)
     return MapError(accuracy * counted, PEAK_TO_PEAK_FACTOR * accuracy * p2p)
+
+
+def with_ring_angles(
+    model: ContactModel, torque: np.ndarray, accuracy: float, *, fixed: bool
+) -> tuple[ContactModel, MapError]:
+    """The model with twice the ring angles until the error between them is within accuracy; errors over torques.
+
+    torque      (n_torque,) of the map, those < 0 on the right flanks, which bend the rim as much
+    fixed       whether to keep the angles, and only estimate the error
+
+    Raises RuntimeError beyond MOST_ANGLES.
+    """
+    loads, rows = np.unique(np.append(0.0, np.abs(torque)), return_inverse=True)
+    while True:
+        error, deflection = ring_angle_error(model, loads)
+        allowed = accuracy * np.maximum(deflection, LEAST_DEFLECTION * deflection.max())
+        if fixed or (error.rms <= allowed).all():
+            return model, MapError(*(part[rows[1:]] for part in error))
+        angles = model.offsets[RING_ANGLE]
+        more = f"more than {MOST_ANGLES} ring angles for accuracy {accuracy:g}; ask for less, or pass ring_angles="
+        if 2 * angles.size > MOST_ANGLES:
+            raise RuntimeError(more)
+        between = np.append(angles[1:], angles[0] + (period(model.pair.wheel.support) or 0.0))
+        finer = np.column_stack([angles, (angles + between) / 2]).ravel()
+        model = replace(model, offsets=model.offsets | {RING_ANGLE: finer})
 
 
 def _excess(error: MapError, allowed: MapError) -> np.ndarray:

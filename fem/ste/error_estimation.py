@@ -13,10 +13,11 @@ import numpy as np
 
 from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.mesh_density import Density
+from fem.gear.rim_support import period
 from fem.ste.load_interpolation import deflection_under
 from fem.ste.map_solver import ContactModel, sweep
 from fem.ste.ring_angle import softest
-from fem.ste.ste_map import RING_ANGLE, STIFFNESS, TE, at_phases
+from fem.ste.ste_map import OFFSETS, RING_ANGLE, STIFFNESS, TE, at_phases, periodic_spline
 from fem.ste.te_measures import LEAST_PHASES, curve_peak_to_peak, periodic_curve
 
 #: Errors fall at least with these powers of the number of elements along the section, and of elements and slices across
@@ -33,6 +34,8 @@ CHECKED_TORQUES = 5
 MESHED_PHASES, MESHED_TORQUES = 24, 9
 #: Phases of `LoadedCurves`: none is the mirror image of another, which would repeat the states of equal gears.
 CHECKED_PHASES = (np.arange(48) + 1 / 4) / 48
+#: Phases at which the error between ring angles is estimated.
+RING_PHASES = np.arange(6) / 6
 #: Phases at which the peak to peak of an interpolated curve is taken.
 DENSE = np.arange(240) / 240
 #: Least error of which a logarithm is taken for interpolation [m].
@@ -172,6 +175,25 @@ def phase_error(model: ContactModel, torque, phase) -> MapError:
     p2p = np.abs(curve - doubled_curve) + RANGE_SHARE * np.ptp(np.append(between, 0 * between, axis=-1), axis=-1)
     p2p = FROM_HALFWAY * p2p + np.abs(np.ptp(at_phases(phase, mapped, DENSE), axis=-1) - curve)
     return _at_all(torque, checked, MapError(FROM_HALFWAY * rms(error), p2p))
+
+
+def ring_angle_error(model: ContactModel, torque: np.ndarray) -> tuple[MapError, np.ndarray]:
+    """Error between the ring angles of the model, estimated half-way by `Slices`; and mean deflections (n_torque,) [m].
+
+    torque      (n_torque,) >= 0, the first of them 0
+    """
+    turn, angles = period(model.pair.wheel.support) or 0.0, model.offsets[RING_ANGLE]
+    halfway = (angles + np.append(angles[1:], angles[0] + turn)) / 2
+    both = np.column_stack([angles, halfway]).ravel()
+    offsets = at_furthest_offsets(model).offsets | {RING_ANGLE: both}
+    model = replace(model, offsets=offsets, resolution=Slices.like(model.resolution))
+    states = sweep(model, torque / model.pair.pinion.r_b, RING_PHASES, what="estimating errors")
+    te = states[TE].squeeze([name for name in OFFSETS if name != RING_ANGLE]).values
+    curves = te.swapaxes(0, 1)
+    error = periodic_spline((angles - angles[0]) / turn, curves[::2])((halfway - angles[0]) / turn) - curves[1::2]
+    p2p = np.abs(np.ptp(curves[1::2] + error, axis=2) - np.ptp(curves[1::2], axis=2)).max(axis=0)
+    total = np.sqrt((error**2).mean(axis=(0, 2)))
+    return MapError(FROM_HALFWAY * total, FROM_HALFWAY * p2p), (te - te[:1]).mean(axis=(1, 2))
 
 
 def _checked(torque: np.ndarray, number: int) -> np.ndarray:

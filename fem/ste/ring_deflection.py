@@ -52,8 +52,8 @@ def ring_deflection(
                     Its own mesh's compliance is part of the map, which it would count twice
 
     The force acts at the pitch point on a single tooth, evenly over the face width; load on its neighbours changes
-    "radial" and "tangential" little unless the angle lies within a pitch or two of the mesh. Displacements are those of
-    harmonics of the rim up to |z|.
+    "radial" and "tangential" little unless the angle lies within a pitch or two of the mesh. The displacement of the
+    rim is a sum of harmonics up to 1.25 |z|.
 
     Raises ValueError for a pair whose rim is clamped or that is external.
     """

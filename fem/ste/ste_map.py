@@ -64,6 +64,7 @@ VARIABLES = {
     "error_mesh": ("m", "estimated root mean square error by the mesh"),
     "error_phase": ("m", "estimated root mean square error by interpolation over phase"),
     "error_torque": ("m", "estimated root mean square error by interpolation over torque"),
+    "error_ring_angle": ("m", "estimated root mean square error by interpolation over the ring angle"),
     "error_p2p": ("m", "estimated error of the largest less the least te of the phases"),
     "error_slices": ("m", "estimated error of the peak to peak by the number of slices"),
     "error_p2p_curve": ("m", "estimated error of the peak to peak by fem.peak_to_peak"),

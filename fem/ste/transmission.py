@@ -11,7 +11,7 @@ from fem.contact.resolution import Resolution, Slices
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets, check_offsets
 from fem.pair.pair import GearPair
-from fem.ste.accuracy import MapGrid, choose
+from fem.ste.accuracy import MapGrid, choose, with_ring_angles
 from fem.ste.error_estimation import MapError, compared_slices
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import FORCE, ContactModel
@@ -92,9 +92,9 @@ def static_transmission_error(
     pairs_in_contact    number of tooth pairs in contact
     contact_ratio       pitches over which a tooth pair carries load, over (torque, *offsets), continuous between the
                         phases; at 0 N m the nominal one, NaN where phases leave a gap of more than a third of a pitch
-    error_mesh, error_phase, error_torque
+    error_mesh, error_phase, error_torque, error_ring_angle
                         with an accuracy, over torque: root mean square errors [m] by the mesh and by interpolation over
-                        phase and torque
+                        phase, torque and ring angle
     error_p2p, error_p2p_curve
                         with an accuracy, over torque: error [m] by all of them together of the largest less the least
                         te of the phases, and of the peak to peak by `fem.peak_to_peak`
@@ -127,6 +127,10 @@ def static_transmission_error(
         if accuracy is not None:
             grid = choose(model, torques, phase, accuracy)
             model = replace(model, resolution=grid.resolution)
+            if angles.size > 1:
+                fixed = ring_angles is not None
+                model, error = with_ring_angles(model, grid.torque, accuracy, fixed=fixed)
+                grid = replace(grid, errors=grid.errors | {"error_ring_angle": error})
         else:
             grid = MapGrid(torques, phase, model.resolution, errors={})
         forces = grid.torque / pair.pinion.r_b

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
 from rexs_files import two_stages as two_stages_of_rexs
+from ring_gears import COARSE, bolted, thin_ring_pair
 from scenes import linear_law, smooth_box, smooth_map
 from skfem import ElementQuad1
 
@@ -31,6 +32,13 @@ def shared_map() -> xr.Dataset:
     ste = fem.ste_map(paper_pair(), [0, 10.0, 300.0], np.arange(8) / 8, np.outer([0, 1e-6, 9e-6], np.ones(8)))
     shares = np.full((3, 8, 2), 0.5)
     return ste.assign(load_share=(("torque", "phase", "pair"), shares), pair=("pair", [0, 1]))
+
+
+def map_around_a_ring() -> xr.Dataset:
+    """A small map of a ring on eight bolts."""
+    angles = {"ring_angle": np.arange(4) / 4 * np.pi / 4}
+    te = np.multiply.outer([0, 1e-6, 9e-6], np.ones((4, 8)))
+    return fem.ste_map(thin_ring_pair(bolted()), [0, 10.0, 300.0], np.arange(8) / 8, te, angles)
 
 
 def stresses() -> xr.Dataset:
@@ -131,7 +139,7 @@ def instances() -> dict[str, Any]:
         fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm), fem.TipRelief(5
         * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1), fem.Slices(slices=40),
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), fem.Density(),
-        fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm),
+        fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm), bolted(), fem.Bush(radial=1e9, tangential=1e9),
         exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
         exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3), exugear.Placement(),
         exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
@@ -193,6 +201,7 @@ def by_name() -> dict[str, Any]:
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
         "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0, "turns_of": None, "relative_to": None,
+        "ring_angles": None, "ring_angle": 0.0,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -210,7 +219,9 @@ def by_name() -> dict[str, Any]:
         "dynamic_factor.deviations": fem.iso6336.FlankDeviations(),
         "efficiency.loads": [50.0, 100.0], "efficiency.tolerance": 1e-5, "plot_efficiency.data": efficiency,
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
-        "pair_of.data": shared_map(),
+        "pair_of.data": shared_map(), "over_pitches.ste": map_around_a_ring(), "ring_deflection.at": [0.0, 0.1],
+        "plot_ring_stiffness.ste": map_around_a_ring(), "ring_deflection.pair": thin_ring_pair(bolted()),
+        "ring_deflection.mesh": 0.2, "ring_deflection.resolution": COARSE, "Bolts.number": None,
         "static_transmission_error.resolution": None, "map_cost.resolution": None,
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
         "transmission_error.run": fem.dynamic.RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20),
@@ -232,6 +243,8 @@ def by_name() -> dict[str, Any]:
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
         "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(), "shares": None,
         "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
+        "from_catalogue.kind": "angular contact", "from_catalogue.d": 25 * mm, "D": 52 * mm, "B": 15 * mm, "C_0": 1e4,
+        "from_catalogue.C": 15.6e3, "from_catalogue.alpha": 0.7, "from_catalogue.clearance": 0.0,
         "under.force": [0.0, 0.0, 100.0, 0.0, 0.0], "displaced.displacement": np.zeros(5),
         "mesh_phases.harmonics": 2, "ratios.driving": "sun", "ratios.held": "ring",
         "radial_force.r": 2 * um, "deflection_at.force": 100.0,

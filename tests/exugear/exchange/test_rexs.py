@@ -88,6 +88,7 @@ def test_a_planetary_stage_is_a_set(suffix, tmp_path):
     assert case.load == pytest.approx(1591.55 * 78 / 17)
     assert box.static_forces(case.load) == pytest.approx([1591.55 / 3 / box.stages[0].pair.pinion.r_b] * 6, rel=1e-6)
     assert told(model, "assumed", "tip shortened")
+    assert exugear.plan(box).laws.keys() == set(box.labels)  # the set does not stand at the axial position 0
 
 
 def test_positions_follow_from_the_stages_where_they_are_lost(tmp_path):
@@ -112,7 +113,7 @@ def test_nothing_is_lost_in_silence(tmp_path):
     assert told(model, "left out", "flank_roughness_unknown_to_us")
     assert told(model, "left out", "lubricant") and told(model, "left out", "worm")
     assert told(model, "left out", "tip_diameter 1 mm is a placeholder")
-    assert told(model, "assumed", "within a factor of 2")
+    assert told(model, "assumed", "deep groove bearing, linear under 2900 N")
     assert told(model, "assumed", "damping ratio") and told(model, "assumed", "steel")
     assert all("line" in row.part for row in told(model, "read", "cylindrical_gear"))
 

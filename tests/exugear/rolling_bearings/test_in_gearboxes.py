@@ -83,6 +83,20 @@ def test_modes_are_those_on_the_tangent_stiffness():
     assert np.abs(linear[:, None] / frequency - 1).min(axis=1).max() < 2e-3
 
 
+def test_the_plan_tells_whether_a_load_leaves_the_linear_range():
+    pair = exugear.RollingBearing.angular_contact(**ANGULAR).paired("O", spacing=15 * mm, preload=3000.0)
+    for bearing, load, words in (
+        (pair, 1.0, "linear to"),
+        (pair, 4000.0, "not linear: the displacement is"),
+        (deep_groove(10 * um), 10.0, "do not hold the shaft at rest"),
+    ):
+        parts = {0.0: bearing, 60 * mm: bearing}
+        printed = exugear.plan(box_of(fast=parts, slow=parts), load=load).bearings["fast"]
+        assert words in printed
+    at_rest = pair.displaced(np.zeros(5))
+    assert at_rest.linear.stiffness[:5, :5] == pytest.approx(at_rest.stiffness, abs=1e-3)
+
+
 def test_a_load_that_pulls_bearings_apart_is_refused_in_words():
     ball = exugear.RollingBearing.angular_contact(**ANGULAR)
     parts = {0.0: ball, 60 * mm: ball}

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from elastic_boxes import elastic_box, elastic_train
+from elastic_boxes import LAW, elastic_box, elastic_train
 from scenes import linear_law
 
 import exugear
@@ -88,6 +88,18 @@ def test_bearings_with_clearance_carry_elastic_shafts():
         run.data[name].isel(time=-1, bearing=0).values for name in ("bearing_force", "bearing_displacement")
     )
     assert np.hypot(*force[:2]) == pytest.approx(1e9 * (np.hypot(*moved[:2]) - 5e-6), rel=1e-2)
+
+
+def test_the_books_close_on_rolling_bearings():
+    sizes = {"Z": 9, "D_w": 11.5 * mm, "D_pw": 50 * mm, "r_i": 5.98 * mm, "r_e": 6.1 * mm}
+    ends = {axial: exugear.RollingBearing.deep_groove(**sizes) for axial in (0.0, 120 * mm)}
+    box = elastic_box()
+    shafts = [exugear.Shaft(x.name, x.gears | ends, sections=x.sections) for x in box.shafts]
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, LAW, pair=box.stages[0].pair)]))
+    run = exugear.run_up(model, speed=(300 * rpm, 301 * rpm), load=50.0, duration=0.01, power=True, **QUIET)
+    assert run.energy_balance().relative < 1e-6
+    forces = run.data["bearing_force"].mean("time").isel(bearing=[0, 1]).sum("bearing").values
+    assert np.hypot(*forces[:2]) == pytest.approx(50.0 / box.stages[0].pair.pinion.r_b, rel=0.01)
 
 
 def test_modes_off_the_line_of_action_are_those_of_the_shaft(model):

@@ -119,7 +119,7 @@ def test_nonlinear_statics_in_space_confirm_a_ring(measured):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", [0.0, 0.25, 0.55])
+@pytest.mark.parametrize("first", [0.0, 0.55])
 def test_nonlinear_statics_confirm_a_rim_that_bends_on_bolts(first, measured):
     """Rim of 2.25 modules, all teeth meshed, bolts as springs, in plane strain: any phase within 0.5 %."""
     pair, phases = thin_ring_pair(bolted(first=first)), [-0.3, 0.0, 0.3]

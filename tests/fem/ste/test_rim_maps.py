@@ -161,6 +161,18 @@ def test_meshes_deflect_each_other_alike():
         fem.ring_deflection(thin_ring_pair(), [0.0])
 
 
+@pytest.mark.slow
+def test_an_accuracy_chooses_the_ring_angles():
+    """As many as keep the error half-way between them within it; given ones are kept, and their error is told."""
+    pair = thin_ring_pair(bolted())
+    options = {"accuracy": 0.03, "resolution": None}
+    chosen, given = (ste_of(pair, [0, TORQUE], ring_angles=angles, **options) for angles in (None, 6))
+    deflection = (chosen["te"][1] - chosen["te"][0]).mean(["ring_angle", "phase"]).item()
+    assert chosen["error_ring_angle"].values[1] <= 0.03 * deflection < given["error_ring_angle"].values[1] * 10
+    assert given.sizes["ring_angle"] == 6
+    assert chosen["error_ring_angle"].values[1] < given["error_ring_angle"].values[1]
+
+
 def test_the_cost_counts_ring_angles():
     pair = thin_ring_pair(bolted())
     assert fem.map_cost(pair, [0, 10.0], 6, resolution=COARSE).states == 2 * 6 * 12

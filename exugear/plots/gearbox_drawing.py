@@ -1,0 +1,190 @@
+"""Drawing of a gearbox to scale: shafts with their sections, gears, bearings and discs, from the side."""
+
+from typing import Any, NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.shaft import Coupling, Shaft, TorqueSupport
+from exugear.mesh_force.ring_pair import Ring
+from exugear.plots.figures import axes_or_new, styled
+from fem.gear.gear import Gear
+from fem.support.arguments import checked
+from fem.units import mm
+
+__all__ = ["plot_gearbox"]
+
+BODY, TOOTH, SHAFT, BEARING, LINE = "#c9d3dc", "#8aa1b4", "#e4e8ec", "#ffffff", "0.2"
+#: Diameter of a shaft whose sections are not known, as share of its smallest gear, and its overhang [gear widths].
+NOMINAL, OVERHANG = 0.35, 0.3
+#: Height of a bearing over the shaft's diameter, and its width over that height, where its size is not known.
+BEARING_HEIGHT, BEARING_WIDTH = 0.45, 0.8
+
+
+class Box(NamedTuple):
+    """A rectangle of the drawing: middle along z, width, and its two radii from the shaft's axis, all [m]."""
+
+    z: float
+    width: float
+    inner: float
+    outer: float
+
+
+@checked
+@styled
+def plot_gearbox(gearbox: Gearbox, ax: Axes | None = None) -> Axes:
+    """Side view of a gearbox to scale, its shafts unfolded into the plane of the drawing.
+
+    Mates lie at their centre distance; of a planetary set one planet is drawn. Gears have their tip and root circles,
+    bearings are crossed out, shafts without sections have a nominal diameter, as dashed lines show.
+    """
+    ax = axes_or_new(ax)
+    heights = unfolded(gearbox)
+    drawn = [shaft for shaft in gearbox.shafts if shaft.name in heights]
+    for shaft in drawn:
+        _draw_shaft(ax, shaft, heights[shaft.name])
+    ax.set(aspect="equal", xlabel="z [mm]", yticks=[])
+    ax.spines["left"].set_visible(False)
+    ax.autoscale_view()
+    ax.grid(False)
+    _name(ax, drawn, heights)
+    return ax
+
+
+def _name(ax: Axes, shafts: list[Shaft], heights: dict[str, float]) -> None:
+    """Names with numbers of teeth beside the drawing; those of shafts on one axis below each other."""
+    for height in sorted({*heights.values()}):
+        names = [_label(shaft) for shaft in shafts if heights[shaft.name] == height]
+        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+        text = "\n".join(names)
+        ax.annotate(text, (0.0, height / mm), (-6, 0), ha="right", va="center", annotation_clip=False, **place)
+
+
+def _label(shaft: Shaft) -> str:
+    teeth = [f"z {gear.z}" for gear in shaft.gears.values()]
+    return shaft.name if not teeth else f"{shaft.name}: {', '.join(teeth)}"
+
+
+def unfolded(gearbox: Gearbox) -> dict[str, float]:
+    """Height of each shaft's axis in the drawing [m]: below its mate by the centre distance, members of a set alike."""
+    heights: dict[str, float] = {gearbox.stages[0].fast.name: 0.0}
+    left = list(gearbox.stages)
+    drawn_planets: set[str] = set()
+    while left:
+        coupled = [stage for stage in left if stage.fast.name in heights or stage.slow.name in heights]
+        if not coupled:
+            break
+        for stage in coupled:
+            left.remove(stage)
+            if stage.carrier is not None and not _shows_planet(gearbox, stage, drawn_planets):
+                continue
+            known, other = stage.fast.name, stage.slow.name
+            if known not in heights:
+                known, other = other, known
+            heights.setdefault(other, heights[known] - _apart(gearbox, known, other, stage.pair.a))
+            if stage.carrier is not None:
+                sun = next(name for name in (stage.fast.name, stage.slow.name) if name not in gearbox.planets)
+                heights.setdefault(stage.carrier.name, heights[sun])
+    return heights
+
+
+def _apart(gearbox: Gearbox, known: str, other: str, a: float) -> float:
+    """Distance below a known shaft [m]: planets lie above the axis of their set, where their ring and sun lie."""
+    if known in gearbox.planets:
+        return abs(a)
+    return -abs(a) if other in gearbox.planets else abs(a)
+
+
+def _shows_planet(gearbox: Gearbox, stage, drawn: set[str]) -> bool:
+    """Whether the planet of a stage is the first one of its carrier, which stands for all."""
+    planet = next((name for name in (stage.fast.name, stage.slow.name) if name in gearbox.planets), None)
+    first = next(name for name, carrier in gearbox.planets.items() if carrier.name == stage.carrier.name)
+    drawn.add(first)
+    return planet is None or planet == first
+
+
+def _draw_shaft(ax: Axes, shaft: Shaft, height: float) -> None:
+    radius = _draw_body(ax, shaft, height)
+    for axial, part in ((axial, part) for axial, group in shaft.parts.items() for part in _each(group)):
+        if isinstance(part, Gear):
+            _draw_gear(ax, part, axial, height)
+        elif isinstance(part, Bearing | RollingBearing):
+            _draw_bearing(ax, axial, height, radius(axial))
+        elif isinstance(part, Coupling | TorqueSupport):
+            ax.plot(axial / mm, height / mm, "s", color=LINE, markersize=5)
+
+
+def _each(group) -> tuple:
+    return group if isinstance(group, tuple) else (group,)
+
+
+def _draw_body(ax: Axes, shaft: Shaft, height: float):
+    """Draw the shaft, and return its radius as a function of the axial position."""
+    sections = getattr(shaft, "sections", None)
+    if sections:
+        begin, bounds = 0.0, []
+        for section in sections:
+            box = Box(begin + section.length / 2, section.length, section.d_inner / 2, section.d / 2)
+            _draw(ax, box, height, facecolor=SHAFT)
+            bounds.append((begin, begin + section.length, section.d / 2))
+            begin += section.length
+        return lambda axial: max((r for a, b, r in bounds if a - mm <= axial <= b + mm), default=bounds[0][2])
+    sizes = [abs(gear.d_f) for gear in shaft.gears.values() if isinstance(gear, Gear) and not gear.internal]
+    ends = [
+        axial + side * _half_width(part) for axial, g in shaft.parts.items() for part in _each(g) for side in (-1, 1)
+    ]
+    if not ends:
+        return lambda axial: mm
+    low, high = min(ends), max(ends)
+    radius = NOMINAL * min(sizes) / 2 if sizes else 0.05 * (high - low) + mm
+    more = OVERHANG * radius
+    box = Box((low + high) / 2, high - low + 2 * more, 0.0, radius)
+    _draw(ax, box, height, facecolor="none", linestyle="--")
+    ax.plot([(low - more) / mm, (high + more) / mm], [height / mm] * 2, color=LINE, linewidth=0.6, dashes=(8, 2, 2, 2))
+    return lambda axial: radius
+
+
+def _half_width(part) -> float:
+    return part.b / 2 if isinstance(part, Gear | Ring) else 0.0
+
+
+def _draw_gear(ax: Axes, gear: Gear, axial: float, height: float) -> None:
+    """Body up to the root circle, teeth up to the tip circle; a ring from its tip circle outwards."""
+    tip, root = abs(gear.d_a) / 2, abs(gear.d_f) / 2
+    if gear.internal:
+        _draw(ax, Box(axial, gear.b, root, abs(gear.d_rim) / 2), height, facecolor=BODY)
+        _draw(ax, Box(axial, gear.b, tip, root), height, facecolor=TOOTH)
+        return
+    _draw(ax, Box(axial, gear.b, 0.0, root), height, facecolor=BODY)
+    _draw(ax, Box(axial, gear.b, root, tip), height, facecolor=TOOTH)
+
+
+def _draw_bearing(ax: Axes, axial: float, height: float, radius: float) -> None:
+    tall = max(BEARING_HEIGHT * 2 * radius, 3 * mm)
+    box = Box(axial, BEARING_WIDTH * tall, radius, radius + tall)
+    _draw(ax, box, height, facecolor=BEARING)
+    for side in (-1, 1):
+        (left, right), (low, high) = _limits(box, height, side)
+        for ends in ((low, high), (high, low)):
+            ax.plot([left, right], ends, color=LINE, linewidth=0.8)
+
+
+def _limits(box: Box, height: float, side: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Limits of a rectangle along z and across [mm], on one side of the axis."""
+    across = sorted([(height + side * box.inner) / mm, (height + side * box.outer) / mm])
+    return ((box.z - box.width / 2) / mm, (box.z + box.width / 2) / mm), (across[0], across[1])
+
+
+def _draw(ax: Axes, box: Box, height: float, **style) -> None:
+    """A rectangle on both sides of the axis, or across it."""
+    if box.inner <= 0:
+        (left, right), (_, high) = _limits(box, height, 1)
+        low = 2 * height / mm - high
+        ax.add_patch(Rectangle((left, low), right - left, high - low, edgecolor=LINE, linewidth=0.8, **style))
+        return
+    for side in (-1, 1):
+        (left, right), (low, high) = _limits(box, height, side)
+        ax.add_patch(Rectangle((left, low), right - left, high - low, edgecolor=LINE, linewidth=0.8, **style))
