@@ -30,6 +30,7 @@ import numpy as np
 import scipy
 
 from exugear.gearbox.beam import Beam, twist_shapes
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_secant
 from exugear.gearbox.shaft import Shaft
 
@@ -236,7 +237,7 @@ class ElasticShaft:
         """
         bearings = {axial: (self.at_bearing(axial), bearing) for axial, bearing in self.shaft.bearings.items()}
         bearings = bearings if self.spatial else {}
-        nonlinear = {axial: pair for axial, pair in bearings.items() if not pair[1].linear}
+        nonlinear = {x: (rows, b) for x, (rows, b) in bearings.items() if isinstance(b, Bearing) and not b.linear}
         linear = sum((rows.T @ linear_part(b, 0.0) @ rows for rows, b in bearings.values()), self.stiffness_matrix)
         secants = {axial: float(bearing.stiffness[0, 0]) for axial, (_, bearing) in nonlinear.items()}
         fixed = [int(self.turning[0]), *([] if self.end is None else [self.end])]

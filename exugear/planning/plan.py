@@ -168,10 +168,10 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
-    of_sets = {"sets": words_of_sets(gearbox, shafts), "set_stages": stages_of_sets(gearbox)}
+    of_sets = words_of_sets(gearbox, shafts), stages_of_sets(gearbox)
     rolling = words_on_rolling_bearings(gearbox, shafts, torques)
     beside = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, rolling
-    return Plan(shafts, why, laws, axes, *beside, **of_sets, elastic=elastic, flexible=flexible)
+    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible)
 
 
 def _undamped(gearbox: Gearbox) -> bool:
