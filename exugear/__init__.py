@@ -44,6 +44,7 @@ from exugear.signals.levels import level, rms_sum
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
 from exugear.signals.resonances import resonances
+from exugear.signals.ring_sensor import RingSensor
 from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
 from exugear.signals.side_bands import force_seen_from_ring, side_bands
 from exugear.signals.signal import mesh_orders, recorded_signal, sensor_signal, signal
@@ -90,6 +91,7 @@ __all__ = [
     "Planetary",
     "Recorder",
     "RingPair",
+    "RingSensor",
     "RollingBearing",
     "Rule",
     "Run",

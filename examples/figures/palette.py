@@ -29,6 +29,7 @@ GALLERY = (
     "korta_two_laws",
     "measured_table",
     "parameter_variation",
+    "planet_phasing",
     "planetary",
     "planetary_load_sharing",
     "run_report",
@@ -37,6 +38,7 @@ GALLERY = (
     "tip_relief",
     "two_stage_helical",
     "two_stage_helical_gears",
+    "wind_turbine",
 )
 #: Files of the results that are not named after their example.
 NAMES = {"korta_run_up": "run_up", "korta_fields": "fields"}

@@ -58,7 +58,8 @@ def force_and_arm(friction, phase, force):
     """Values of the tables, linear over phase and over ln of the force."""
     n, m = friction.steps, friction.rows
     tables = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, m, n))
-    x = (phase - floor(phase)) * n
+    cycles = phase * friction.per_pitches
+    x = (cycles - floor(cycles)) * n
     i = min(int(x), n - 1)
     following, t = (i + 1) % n, x - i
     if m == 1:

@@ -1,6 +1,6 @@
 """A contact in its reference configuration: its frame, which never changes, deflection, phase and rows."""
 
-from math import atan2, floor, inf, pi, tan
+from math import atan2, inf, pi, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -158,6 +158,5 @@ def rotational_row(frame: np.record) -> np.ndarray:
 
 
 def phase_of(frame: np.record, spin: float) -> float:
-    """Phase in [0, 1) at a spin of the pinion [rad], the centres in their reference positions."""
-    phase = frame.direction * frame.pitches_per_radian * spin + frame.phase
-    return phase - floor(phase)
+    """Phase [pitches] at a spin of the pinion [rad], the centres in their reference positions."""
+    return frame.direction * frame.pitches_per_radian * spin + frame.phase

@@ -7,8 +7,9 @@ from math import inf
 import numpy as np
 
 from exugear.gearbox.drag import BearingDrag, Drag
-from fem.support.arguments import Finite, Numbers, checked, renamed
+from fem.support.arguments import FilePath, Finite, Numbers, checked, renamed
 from fem.support.representation import short
+from fem.support.tables import read_table
 from fem.support.user_warning import warn_renamed
 from fem.support.validation import increasing, require, require_finite
 
@@ -72,6 +73,30 @@ class Bearing:
         self._check_alone("table", ("radial", "clearance"))
         require(self.clearance == 0 or self.radial > 0, "clearance needs a radial stiffness behind it, got radial = 0")
         self._check_size()
+
+    @classmethod
+    @checked
+    def from_table(
+        cls,
+        path: FilePath,
+        *,
+        axial: float = 0.0,
+        tilt: float = 0.0,
+        damping_time: float = 0.0,
+        drag: Drag | BearingDrag | None = None,
+    ) -> "Bearing":
+        """A bearing by a measured or computed table of radial force over displacement.
+
+        path   text file (CSV, or separated by blanks) with a line for each point, in any order, from 0, under the
+               header displacement [um], force [N]; further units of length and force are converted
+
+        The other arguments as in the class. Raises FileNotFoundError, and ValueError for a unit that is missing or
+        unknown, NaN, points given twice, with the line of the file, and as the class.
+        """
+        table = read_table(path, {"displacement": "m", "force": "N"}, key=["displacement"])
+        order = np.argsort(table["displacement"])
+        columns = table["displacement"][order].tolist(), table["force"][order].tolist()
+        return cls(axial=axial, tilt=tilt, damping_time=damping_time, table=columns, drag=drag)
 
     @property
     def damping(self) -> float:
@@ -172,3 +197,11 @@ def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
     motion = np.eye(6)
     motion[0, 4], motion[1, 3] = lever, -lever
     return motion.T @ stiffness @ motion
+
+
+def is_isotropic(k: np.ndarray) -> bool:
+    """Whether a stiffness matrix (6, 6) is the same in all directions about z."""
+    like, scale = np.zeros((6, 6)), np.sqrt(np.maximum(np.diag(k), np.finfo(float).tiny))
+    like[[0, 1, 2, 3, 4], [0, 1, 2, 3, 4]] = k[0, 0], k[0, 0], k[2, 2], k[3, 3], k[3, 3]
+    like[[0, 4, 1, 3], [4, 0, 3, 1]] = k[0, 4], k[0, 4], -k[0, 4], -k[0, 4]
+    return bool((np.abs(k - like) <= ROUNDING * np.outer(scale, scale)).all())

@@ -5,7 +5,7 @@ from math import isfinite
 
 import numpy as np
 
-from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.gearbox import Gearbox, forces_of_motion
 from fem.support.validation import require
 
 #: Share of the largest mesh force below which a mesh is idle: its force is rounding.
@@ -46,7 +46,7 @@ def mesh_forces(gearbox: Gearbox, loads: Mapping[str, float]) -> np.ndarray:
     for name, torque in loads.items():
         shaft = gearbox.ends[name].name
         torques[shafts.index(shaft)] -= gearbox.directions[shaft] * torque
-    return gearbox.forces_of_motion(torques, 0.0, gearbox.independent)
+    return forces_of_motion(gearbox, torques, 0.0, gearbox.independent)
 
 
 def words_of(gearbox: Gearbox, loads: Mapping[str, float]) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from math import hypot, isfinite, pi
 from typing import Any
 
@@ -22,6 +22,7 @@ from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
+from exugear.gearbox.planetary_phases import ring_phase
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
@@ -65,7 +66,10 @@ class Gearbox:
                       Without carriers its sense of rotation; on a carrier that of the torque that drives it
     shaft_positions   x, y of every shaft [m], the first stage's fast shaft at 0; of planets while their carrier stands
                       in the reference configuration
-    phases            of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
+    phases            of every stage in the reference configuration, where all driving flanks touch, as share of a
+                      pitch; in pitches of a law over several: there tooth 0 of the first gear meets tooth 0 of its
+                      mate, and every further gear is mounted with tooth 0 at the pitch point of its first mesh, or the
+                      next tooth behind it
     gaps              of every stage [m] where they do not, as planets have thinner (> 0) or thicker teeth (< 0) than
                       the first one
 
@@ -136,13 +140,19 @@ class Gearbox:
 
     @property
     def planets_on_pins(self) -> tuple[str, ...]:
-        """Names of the planets on elastic pins, which move in the plane."""
+        """Names of the planets on elastic pins, which move in the plane or in space."""
         return tuple(shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.bearings)
 
     @property
     def carriers_of_pins(self) -> set[str]:
         """Names of the carriers of such planets."""
         return {self.planets[name].name for name in self.planets_on_pins}
+
+    @property
+    def planets_by_carrier(self) -> dict[str, list[Shaft]]:
+        """The planets on elastic pins by the name of their carrier."""
+        planets = [shaft for shaft in self.shafts if shaft.name in self.planets_on_pins]
+        return {name: [x for x in planets if self.planets[x.name].name == name] for name in self.carriers_of_pins}
 
     def _orbit(self, shaft: Shaft, carrier: Shaft) -> float:
         """Distance [m] of a shaft from the axis of a carrier."""
@@ -232,21 +242,6 @@ class Gearbox:
         """(n_shaft,) `ratios` in the order of the shafts."""
         return np.array([self.ratios[shaft.name] for shaft in self.shafts])
 
-    def anchors(self, imposed: Sequence[str]) -> tuple[str, ...]:
-        """Shafts whose speeds are imposed, followed by independent ones that with them determine all speeds."""
-        names = [shaft.name for shaft in self.shafts]
-        chosen = [name for name in imposed if self.motions[:, names.index(name)].any()]
-        for name in self.independent:
-            columns = self.motions[:, [names.index(x) for x in (*chosen, name)]]
-            if name not in chosen and np.linalg.matrix_rank(columns, tol=DEPENDENT) == len(chosen) + 1:
-                chosen.append(name)
-        return tuple(chosen)
-
-    def motions_of(self, names: Sequence[str]) -> np.ndarray:
-        """(n_free, n_shaft) speed of every shaft about z per speed of each of n_free shafts that determine them."""
-        shafts = [shaft.name for shaft in self.shafts]
-        return np.linalg.solve(self.motions[:, [shafts.index(name) for name in names]], self.motions)
-
     @cached_property
     def cycles(self) -> np.ndarray:
         """(n_stage, n_shaft) mesh cycles per radian of each shaft; on a carrier those of the speeds in its frame."""
@@ -275,17 +270,10 @@ class Gearbox:
         shape = f"torques must have the shape ({len(shafts)},), a value for each of {shafts}, got {np.shape(torques)}"
         require(np.shape(torques) == (len(shafts),), shape)
         require(held in shafts, f"held must be one of the shafts {shafts}, got {held!r}")
-        return self.forces_of_motion(torques, acceleration * self.nominal_ratios, self.anchors([held]))
-
-    def forces_of_motion(self, torques, accelerations, held: Sequence[str]) -> np.ndarray:
-        """(n_stage,) mesh forces [N] under torques about z (n_shaft,) [N m] at accelerations of all shafts (n_shaft,).
-
-        held   names of the shafts whose speeds are imposed; their drives take the torques that are left
-        """
-        return self._forces_under(self.rows, torques, accelerations, held)
+        return forces_of_motion(self, torques, acceleration * self.nominal_ratios, anchors_of(self, [held]))
 
     def _forces_under(self, rows: np.ndarray, torques, accelerations, held: Sequence[str]) -> np.ndarray:
-        """`forces_of_motion` with other rows."""
+        """`forces_of_motion` with rows for other senses of the flanks."""
         shafts = [shaft.name for shaft in self.shafts]
         inertia_torques = np.array([self.turning_inertias[name] for name in shafts]) * accelerations
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
@@ -303,7 +291,12 @@ class Gearbox:
         """First planets of sets with stepped planets."""
         numbers = {id(stage): number for number, stage in enumerate(self.stages)}
         sets = [member for member in members if isinstance(member, Planetary) and member.stepped]
-        return [SteppedPlanet(*(numbers[id(x)] for x in each.stages[:2]), each.ring_phase) for each in sets]
+        stepped = []
+        for each in sets:
+            sun, ring = (numbers[id(stage)] for stage in each.stages[:2])
+            step = {"step_angle": each.step_angle[0], "tooth": each.teeth[0]}
+            stepped.append(SteppedPlanet(sun, ring, partial(ring_phase, each.sun_pair, each.ring_pair, **step)))
+        return stepped
 
     def _check_names(self) -> None:
         for stage in self.stages:
@@ -466,6 +459,31 @@ class Gearbox:
         require(together, f"loaded flanks of a loop do not touch at the same time: {cause}")
 
 
+def anchors_of(gearbox: Gearbox, imposed: Sequence[str]) -> tuple[str, ...]:
+    """Shafts whose speeds are imposed, followed by independent ones that with them determine all speeds."""
+    names = [shaft.name for shaft in gearbox.shafts]
+    chosen = [name for name in imposed if gearbox.motions[:, names.index(name)].any()]
+    for name in gearbox.independent:
+        columns = gearbox.motions[:, [names.index(x) for x in (*chosen, name)]]
+        if name not in chosen and np.linalg.matrix_rank(columns, tol=DEPENDENT) == len(chosen) + 1:
+            chosen.append(name)
+    return tuple(chosen)
+
+
+def motions_of(gearbox: Gearbox, names: Sequence[str]) -> np.ndarray:
+    """(n_free, n_shaft) speed of every shaft about z per speed of each of n_free shafts that determine them."""
+    shafts = [shaft.name for shaft in gearbox.shafts]
+    return np.linalg.solve(gearbox.motions[:, [shafts.index(name) for name in names]], gearbox.motions)
+
+
+def forces_of_motion(gearbox: Gearbox, torques, accelerations, held: Sequence[str]) -> np.ndarray:
+    """(n_stage,) mesh forces [N] under torques about z (n_shaft,) [N m] at accelerations of all shafts (n_shaft,).
+
+    held   names of the shafts whose speeds are imposed; their drives take the torques that are left
+    """
+    return gearbox._forces_under(gearbox.rows, torques, accelerations, held)
+
+
 @checked
 def exact_ratios(
     stages: Sequence[Stage | Planetary | InnerPlanets], *, driving: str, held: str | Sequence[str] = ()
@@ -478,5 +496,12 @@ def exact_ratios(
 
     Raises ValueError where the train jams, and where no member takes the reaction, with members to hold.
     """
-    listed: list[Stage] = [stage for member in stages for stage in getattr(member, "stages", (member,))]
-    return speeds_of_members(meshes_of(listed), driving, (held,) if isinstance(held, str) else tuple(held))
+    kinds = f"stages must be a list of Stage, Planetary and InnerPlanets, got {text_of(stages)}"
+    members = isinstance(stages, list | tuple) and all(isinstance(x, Stage | Planetary | InnerPlanets) for x in stages)
+    require(members and bool(stages), kinds)
+    listed: list[Any] = [stage for member in stages for stage in getattr(member, "stages", (member,))]
+    names, holds = [x.name for stage in listed for x in stage.shafts], (held,) if isinstance(held, str) else tuple(held)
+    require(driving in names, f"driving must be one of {[*dict.fromkeys(names)]}, got {driving!r}")
+    unknown = [name for name in holds if name not in names]
+    require(not unknown, f"held must be among {[*dict.fromkeys(names)]}, got {unknown}")
+    return speeds_of_members(meshes_of(listed), driving, holds)

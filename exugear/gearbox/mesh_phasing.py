@@ -8,6 +8,8 @@ mesh is the tooth position of either gear minus the tooth position of that gear 
 couples the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch. Tooth positions
 are those in the mid-plane of each gear: where the mid-planes of a helical pair differ, the helix turns the wheel.
 
+Laws over several pitches tell the teeth apart: `exugear.gearbox.tooth_numbers` says which ones meet.
+
 Planets are taken where they stand in the reference configuration; as their carrier turns, phases stay. A ring has the
 pitch point on the same side as its mate, and z < 0: its tooth position grows as it turns with the pinion. It is counted
 from the flank that touches: a ring meshes with planets alone, and its tooth thickness shifts all of them alike.
@@ -26,6 +28,8 @@ import numpy as np
 from exugear.gearbox.gear_train import Path, Traversal, fitting_angles, fitting_remedy, traverse
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
+from exugear.gearbox.tooth_numbers import mounted, phase_of_law
+from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.pair.placement import meshing_angles
 from fem.support.validation import require
@@ -58,7 +62,7 @@ class SteppedPlanet(NamedTuple):
 
 
 class Phasing(NamedTuple):
-    """Phase of every stage, and the gap [m] of its driving flanks where they should touch.
+    """Phase of every stage in the pitches of its law, and the gap [m] of its driving flanks where they should touch.
 
     Planets with thinner teeth than the first one have a gap, those with thicker ones a gap < 0, in the last of their
     meshes.
@@ -96,10 +100,9 @@ def phasing(
                 require(
                     planet.ring not in known, f"{order} ones from their sun; list the set of the stepped ones first"
                 )
-                given[planet.ring] = planet.ring_phase(directions[planet.sun], known[planet.sun])
-    # The second remainder turns 1.0, to which small negative phases round, into 0.0.
+                given[planet.ring] = planet.ring_phase(directions[planet.sun], known[planet.sun]) % 1.0
     in_order = range(len(stages))
-    return Phasing(tuple(known[i] % 1.0 % 1.0 for i in in_order), tuple(gaps.get(i, 0.0) for i in in_order))
+    return Phasing(tuple(known[i] for i in in_order), tuple(gaps.get(i, 0.0) for i in in_order))
 
 
 def _at_phase_zero(stage: Stage, direction: int, positions: Mapping[str, tuple[float, float]]) -> AtPhaseZero:
@@ -129,7 +132,37 @@ def _phases_of_train(
     numbers = sorted([*(i for i, _ in train.tree), *train.closing])
     relative = {i: positions[stages[i].ends[0]] - at_zero[i].pinion for i in numbers}
     shift = _shift(stages, relative, {i: phase for i, phase in given.items() if i in relative})
-    return {i: phase + shift for i, phase in relative.items()}
+    if all(stages[i].force.pitches == 1 for i in numbers):
+        return {i: phase_of_law(stages[i].pair, 1, x + shift, x + shift) for i, x in relative.items()}
+    return _phases_of_teeth(stages, at_zero, train, given, shift)
+
+
+def _phases_of_teeth(
+    stages: Sequence[Stage],
+    at_zero: Sequence[AtPhaseZero],
+    train: Traversal,
+    given: Mapping[int, float],
+    first: float,
+) -> dict[int, float]:
+    """Phases of the stages of a train by the numbers of the teeth that meet; first: tooth position of its first gear.
+
+    A phase that is given for a stage counts with its whole pitches.
+    """
+    positions = {next(node for node, path in train.paths.items() if not path): first}
+    for i, sense in train.tree:
+        reached, new = stages[i].ends[::sense]
+        zero_reached, zero_new = at_zero[i][::sense]
+        by_mate = positions[reached] - zero_reached
+        positions[new] = zero_new + (given[i] if i in given else mounted(by_mate, stages[i].pair))
+    phases_of_stages = {}
+    for i in sorted([*(i for i, _ in train.tree), *train.closing]):
+        stage, ends = stages[i], zip(stages[i].ends, at_zero[i], strict=True)
+        by_teeth = [given[i]] * 2 if i in given else [positions[end] - zero for end, zero in ends]
+        try:
+            phases_of_stages[i] = phase_of_law(stage.pair, stage.force.pitches, *by_teeth)
+        except ValueError as error:
+            raise ValueError(f"stage {stage.name}: {error}") from None
+    return phases_of_stages
 
 
 def _shift(stages: Sequence[Stage], relative: Mapping[int, float], given: Mapping[int, float]) -> float:
@@ -181,9 +214,9 @@ def _thicker(stages: Sequence[Stage], number: int) -> float:
 
 def _half_thicknesses(stage: Stage) -> float:
     """Half tooth thicknesses of pinion and wheel on their working circles [pitches]; of a ring 0."""
-    gears = [gear for gear in (stage.pair.pinion, stage.pair.wheel) if gear.z > 0]
+    gears = [gear for gear in (stage.pair.pinion, stage.pair.wheel) if isinstance(gear, Gear) and gear.z > 0]
     radii = [gear.r_b / cos(stage.pair.alpha_wt) for gear in gears]
-    return sum(gear.z * gear.thickness(r) / (4 * pi * r) for gear, r in zip(gears, radii, strict=True))
+    return sum([gear.z * gear.thickness(r) / (4 * pi * r) for gear, r in zip(gears, radii, strict=True)])
 
 
 def _assembling_angles(

@@ -20,7 +20,6 @@ from exugear.gearbox.planetary_phases import (
     phase_sums,
     planet_angles,
     planetary_phases,
-    ring_phase,
     step_angles,
 )
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft
@@ -34,8 +33,8 @@ from fem.support.arguments import DERIVED, checked
 from fem.support.validation import numbers, require, require_finite, text_of
 from fem.units import mm
 
-#: Largest displacement of a pin [m], as of a `Placement`.
-LARGEST_PIN_ERROR = 0.01
+#: Largest displacement of a pin [m] and slope of its axis [rad], as of a `Placement`.
+LARGEST_PIN_ERROR, LARGEST_LEAN = 0.01, 0.05
 #: Share of a turn within which planets are evenly spaced.
 EVEN = 1e-9
 
@@ -87,8 +86,9 @@ class Planetary:
     ring_pair     `RingPair(planet, z=-99, a=-...)`, by default that of the map
     pin           `Bearing` of every planet on the carrier, or a list of one for each; by default ideal ones
     pin_errors    (n_planet,) tangential displacements of the pins on the carrier from the nominal position, > 0
-                  counter-clockwise [m]; or (n_planet, 2): tangential and radial, > 0 outwards. A pin that is displaced
-                  against the force of the planet on it gives its planet more load
+                  counter-clockwise [m]; or (n_planet, 2): tangential and radial, > 0 outwards; or (n_planet, 4): also
+                  the slopes by which the pins lean towards these directions with z, about the planets' mid-planes
+                  [rad]. A pin that is displaced against the force of the planet on it gives its planet more load
     eccentricity  (e, angle) of the carrier: displacement of the circle of the pins from the axis about which it turns
                   [m], its direction from x in the reference configuration [rad]. It turns with the carrier as
                   errors of the pins do, so that shares stay. An axis of carrier, sun or ring beside the others in the
@@ -179,14 +179,6 @@ class Planetary:
     def stepped(self) -> bool:
         """Whether the planets mesh with the ring by another gear than with the sun."""
         return self.sun_pair.wheel != self.ring_pair.pinion
-
-    def ring_phase(self, direction: int, phase: float) -> float:
-        """Phase of the first planet's mesh with the ring, from that with the sun.
-
-        direction   sense of the external torque on the sun about z, +1 or -1
-        """
-        first = self.step_angle[0], self.teeth[0]
-        return ring_phase(self.sun_pair, self.ring_pair, direction, phase, *first)
 
     @property
     def words(self) -> list[str]:
@@ -304,23 +296,28 @@ class Planetary:
             several = f"sun {self.sun.name!r} carries its gear at {[x / mm for x in positions]} mm"
             require(len(positions) <= 1, f"{several}; say which one meshes here, axial_position=...")
             return positions[0] if positions else 0.0
-        nearest = min(positions, key=lambda at: abs(at - self.axial_position), default=self.axial_position)
+        wanted = self.axial_position
+        nearest = min(positions, key=lambda at: abs(at - wanted), default=wanted)
         beside = f"axial_position must be one of {[x / mm for x in positions]} mm, where the sun {self.sun.name!r} has"
-        near = bool(positions) and abs(nearest - self.axial_position) < NEAR
-        require(near, f"{beside} its gear, got {self.axial_position / mm:g} mm")
+        near = bool(positions) and abs(nearest - wanted) < NEAR
+        require(near, f"{beside} its gear, got {wanted / mm:g} mm")
         return nearest
 
     def _pin_errors(self) -> np.ndarray:
-        """(n_planet, 2) tangential and radial displacements of the pins [m]."""
-        by_carrier = self._errors_by_carrier()
+        """(n_planet, 4) tangential and radial displacements of the pins [m] and slopes of their axes [rad]."""
+        n, by_carrier = self.planets, np.column_stack([self._errors_by_carrier(), np.zeros((self.planets, 2))])
         if self.pin_errors is None:
             return by_carrier
         errors = numbers("pin_errors", self.pin_errors)
-        shapes = f"pin_errors must be ({self.planets},) or ({self.planets}, 2): tangential, radial, got {errors.shape}"
-        require(errors.shape in ((self.planets,), (self.planets, 2)), f"{shapes}; give a value for each planet")
-        far = f"pin_errors must lie within {LARGEST_PIN_ERROR:g} m, got {np.abs(errors).max():g}; pass metres: 20*um"
-        require(bool(np.abs(errors).max() < LARGEST_PIN_ERROR), far)
-        return by_carrier + (errors if errors.ndim == 2 else np.column_stack([errors, np.zeros(self.planets)]))
+        shapes = f"pin_errors must be ({n},), ({n}, 2) or ({n}, 4): tangential, radial, and slopes, got {errors.shape}"
+        require(errors.shape in ((n,), (n, 2), (n, 4)), f"{shapes}; give a value for each planet")
+        errors = errors.reshape(n, -1)
+        largest, steepest = (np.abs(part).max(initial=0.0) for part in np.split(errors, [2], axis=1))
+        far = f"pin_errors must lie within {LARGEST_PIN_ERROR:g} m, got {largest:g}; pass metres: 20*um"
+        require(bool(largest < LARGEST_PIN_ERROR), far)
+        steep = f"slopes of pin_errors must lie within {LARGEST_LEAN:g} rad, got {steepest:g}; pass radians: 0.5e-3"
+        require(bool(steepest < LARGEST_LEAN), steep)
+        return by_carrier + np.column_stack([errors, np.zeros((n, 4 - errors.shape[1]))])
 
     def _errors_by_carrier(self) -> np.ndarray:
         """(n_planet, 2) tangential and radial displacements of the pins by an eccentric carrier [m]."""
@@ -337,7 +334,7 @@ class Planetary:
     def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]) -> list[Stage]:
         """Stages of each planet with sun and ring."""
         gears = [next((g for at, g in x.gears.items() if at == self._axial), self.sun_pair.wheel) for x in planets]
-        pairs = {"sun": [self.sun_pair] * self.planets, "ring": [self.ring_pair] * self.planets}
+        pairs: dict[str, list[Any]] = {role: [getattr(self, f"{role}_pair")] * self.planets for role in ("sun", "ring")}
         if not self.stepped:
             pairs["sun"] = [
                 x if x.wheel == g else replace(x, wheel=g) for x, g in zip(pairs["sun"], gears, strict=True)
@@ -434,11 +431,12 @@ def _group(part) -> tuple:
 
 
 def _displaced(shaft: Shaft, angle: float, error: np.ndarray) -> Shaft:
-    """A planet's shaft displaced by a tangential and a radial error of its pin [m], at an angle of the pin [rad]."""
+    """A planet's shaft displaced by the error (4) of its pin at an angle: tangential, radial [m], and slopes [rad]."""
     if not error.any():
         return shaft
     twice = f"planet {shaft.name!r} has an offset of its own beside pin_errors; give the displacement by one of them"
     require(shaft.offset == NO_DISPLACEMENT, twice)
-    tangential, radial = error.tolist()
-    x, y = radial * cos(angle) - tangential * sin(angle), radial * sin(angle) + tangential * cos(angle)
-    return replace(shaft, offset=Placement(x=x, y=y))
+    turn = np.array([[-sin(angle), cos(angle)], [cos(angle), sin(angle)]])
+    (x, y), (lean_x, lean_y) = (error[:2] @ turn).tolist(), (error[2:] @ turn).tolist()
+    tilts = {"tilt_x": -lean_y, "tilt_y": lean_x, "pivot": min(shaft.gears)} if error[2:].any() else {}
+    return replace(shaft, offset=Placement(x=x, y=y, **tilts))

@@ -18,10 +18,11 @@ gears, J. Mech. Des. 126 (2004).
 
 from collections.abc import Sequence
 from math import cos, degrees, gcd, pi
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.tooth_numbers import mounted, phase_of_law
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.arguments import Numbers, checked
@@ -37,11 +38,20 @@ ROUNDING = 1e-6
 
 
 class PlanetaryPhases(NamedTuple):
-    """Phases of the meshes of every planet with sun and ring, as shares of a pitch; angles of the planets [rad]."""
+    """Phases of the meshes of every planet with sun and ring [pitches]; angles of the planets [rad]."""
 
     sun: np.ndarray
     ring: np.ndarray
     angles: np.ndarray
+
+
+def check_pitches(name: str, value: Any) -> None:
+    """ValueError unless a value is a whole number of pitches, or two."""
+    values = numbers(name, value)
+    whole = values.shape in ((), (2,)) and bool((values == np.floor(values)).all() and (values >= 1).all())
+    require(
+        whole, f"{name} must be a whole number of at least 1, or two, of the sun's and the ring's laws, got {value}"
+    )
 
 
 @checked
@@ -54,7 +64,8 @@ def planetary_phases(
     direction: int = 1,
     phase: float = 0.0,
     step_angle: Numbers | float = 0.0,
-    tooth: Any = None,
+    tooth: Numbers | None = None,
+    pitches: Annotated[Any, check_pitches] = 1,
 ) -> PlanetaryPhases:
     """Phases of all meshes of a planetary set, for `mbs.CreateGearContact(..., phase=, direction=)`.
 
@@ -69,6 +80,10 @@ def planetary_phases(
                 one at the ring stands ahead of one of that at the sun [rad], or (n_planet,) of each planet
     tooth       of stepped planets, (n_planet,): which tooth of the gear at the sun meshes with the sun, counted
                 counter-clockwise from the one at step_angle; by default teeth with which the planets fit
+    pitches     numbers of pitches over which the force laws run (`exugear.MeshForce.pitches`), of the sun's meshes and
+                of the ring's: (1, 99) where the 99 teeth of the ring differ. Phases lie in [0, pitches), and tell the
+                teeth apart: tooth 0 of sun and ring stand at the first planet, tooth 0 of the planets at the sun (of
+                the gears of stepped planets each at its mate), or the next one behind it at its pitch point
 
     Raises ValueError for a set that cannot be assembled, with the nearest angles that fit, and for pairs of different
     centre distances.
@@ -77,13 +92,22 @@ def planetary_phases(
     at = planet_angles(planets, angles)
     require_finite("phase", phase, "pass a share of a pitch")
     require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
-    steps = step_angles(step_angle, at.size)
+    steps, z = step_angles(step_angle, at.size), ring_pair.wheel.z
     first = fitting_teeth(sun_pair, ring_pair, at, steps, tooth)[0]
-    sun = phase - direction * sun_pair.pinion.z * (at - at[0]) / (2 * pi)
+    turned = direction * (at - at[0]) / (2 * pi)
+    by_sun = phase - sun_pair.pinion.z * turned
+    by_planet = np.array([phase, *(mounted(x, sun_pair) for x in by_sun[1:])])
     of_first = ring_phase(sun_pair, ring_pair, direction, phase, float(steps[0]), first)
-    ring = of_first + direction * abs(ring_pair.wheel.z) * (at - at[0]) / (2 * pi)
-    # The second remainder turns 1.0, to which small negative phases round, into 0.0.
-    return PlanetaryPhases(sun % 1.0 % 1.0, ring % 1.0 % 1.0, at)
+    if sun_pair.wheel.z == ring_pair.pinion.z and not steps.any() and tooth is None:
+        at_ring = by_planet + of_first - phase % 1.0
+        by_ring = mounted(at_ring[0], ring_pair) + abs(z) * turned
+    else:
+        by_ring = of_first % 1.0 + abs(z) * turned
+        at_ring = np.array([mounted(x, ring_pair) for x in by_ring])
+    of_sun, of_ring = np.broadcast_to(pitches, 2).tolist()
+    sun = [phase_of_law(sun_pair, of_sun, *both) for both in zip(by_sun, by_planet, strict=True)]
+    ring = [phase_of_law(ring_pair, of_ring, *both) for both in zip(at_ring, by_ring, strict=True)]
+    return PlanetaryPhases(np.array(sun), np.array(ring), at)
 
 
 def check_pairs(sun_pair: GearPair, ring_pair: GearPair | RingPair) -> None:
@@ -155,9 +179,10 @@ def fitting_teeth(
         return np.abs(shares - np.round(shares))
 
     if tooth is not None:
-        given = [int(k) for k in np.ravel(tooth)]
-        whole = np.shape(tooth) == angles.shape and bool(np.all(np.equal(np.mod(tooth, 1), 0)))
+        teeth = numbers("tooth", tooth)
+        whole = teeth.shape == angles.shape and bool((teeth % 1 == 0).all())
         require(whole, f"tooth must hold a whole number for each of {angles.size} planets, got {text_of(tooth)}")
+        given = [int(k) for k in teeth]
     first = given[0] if tooth is not None else 0
     by_planet = [misses(n, np.arange(z_1), first) for n in range(angles.size)]
     fitting = [first, *(int(np.argmax(miss <= FITS)) for miss in by_planet[1:])]

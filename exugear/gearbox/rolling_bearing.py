@@ -1,7 +1,7 @@
 """Rolling bearings as data: rows of balls or rollers from their inner geometry, and the states they take under load."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import cos, inf, pi, sin
 
@@ -15,7 +15,6 @@ from exugear.rolling_bearings.life import dynamic_capacity, reference_life
 from exugear.rolling_bearings.rows import SHORT_DROP, TAPERED_DROP, BallRow, RollerRow, Row
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
 from fem.support.arguments import Finite, Numbers, checked
-from fem.support.representation import short
 from fem.support.validation import require, require_finite
 from fem.units import deg, mm, um
 
@@ -26,11 +25,12 @@ ELEMENTS = 3, 500
 #: Arrangements of pairs: directions of the row with the smaller and with the larger axial position.
 ARRANGEMENTS = {"O": (1, -1), "X": (-1, 1), "tandem": (1, 1)}
 COORDINATES = 5
+#: Laminae of a roller unless others are given.
+LAMINAE = 30
 
 
 @checked
-@short(damping_time="s", C="N")
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RollingBearing:
     """A rolling bearing from its inner geometry, at an axial position of a shaft, whose inner ring turns with it.
 
@@ -61,6 +61,16 @@ class RollingBearing:
         require(0 < self.C < inf, f"C must be > 0 N and finite, got {self.C}; pass newtons: 23.4 kN are 23.4e3")
         ratio = f"damping_time must lie in [0, 0.1) s, got {self.damping_time}; pass damping / stiffness"
         require(0 <= self.damping_time < 0.1, ratio)
+
+    def __getstate__(self) -> dict:
+        """The fields alone: compiled laws hold addresses, which another process must not read."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
+
+    def __repr__(self) -> str:
+        parts = [f"kind={self.kind!r}", *map(_described, self.rows), f"C={self.C:g} N"]
+        parts += [f"damping_time={self.damping_time:g} s"] * (self.damping_time > 0)
+        parts += [f"drag={self.drag!r}"] * (self.drag is not None) + ["geometry estimated"] * bool(self.estimate)
+        return f"RollingBearing({', '.join(parts)})"
 
     @classmethod
     @checked
@@ -142,7 +152,7 @@ class RollingBearing:
         D_pw: float,
         L_we: float,
         clearance: float = 0.0,
-        laminae: int = 30,
+        laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
         drag: Drag | BearingDrag | None = None,
@@ -172,7 +182,7 @@ class RollingBearing:
         D_pw: float,
         L_we: float,
         clearance: float = 0.0,
-        laminae: int = 30,
+        laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
         drag: Drag | BearingDrag | None = None,
@@ -192,7 +202,7 @@ class RollingBearing:
         L_we: float,
         alpha: float,
         direction: int = 1,
-        laminae: int = 30,
+        laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
         drag: Drag | BearingDrag | None = None,
@@ -246,8 +256,11 @@ class RollingBearing:
         for name, capacity in (("C", C), ("C_0", C_0)):
             size = f"{name} must lie in (0.5, 500) N/mm^2 of D B, got {capacity:g} N; pass newtons: 23.4 kN are 23.4e3"
             require(0.5 < capacity / (D * B / mm**2) < 500, size)
+        _check_clearance(clearance)
         angular = kind in ("angular contact", "tapered roller")
         require(angular == (alpha != 0), f"alpha must be given for bearings with a contact angle only, got {alpha:g}")
+        if angular:
+            _check_angle(alpha, direction)
         sizes = Sizes(d, D, B, C, C_0, alpha)
         diameter = pitch_diameter(sizes)
 
@@ -256,10 +269,10 @@ class RollingBearing:
                 return cls.deep_groove(Z=Z, D_w=D_w, D_pw=diameter, clearance=clearance).rows[0]
             if kind == "angular contact":
                 return cls.angular_contact(Z=Z, D_w=D_w, D_pw=diameter, alpha=alpha, direction=direction).rows[0]
-            rollers = {"Z": Z, "D_w": D_w, "D_pw": diameter, "L_we": max(length, 0.1 * D_w)}
+            length = max(length, 0.1 * D_w)
             if kind == "cylindrical roller":
-                return cls.cylindrical_roller(**rollers, clearance=clearance).rows[0]
-            return cls.tapered_roller(**rollers, alpha=alpha, direction=direction).rows[0]
+                return cls.cylindrical_roller(Z=Z, D_w=D_w, D_pw=diameter, L_we=length, clearance=clearance).rows[0]
+            return _roller_row(Z, D_w, diameter, length, LAMINAE, alpha, direction, TAPERED_DROP, 0.0)
 
         row, others = estimated_row(kind, sizes, row_of)
         text = described(row, others, sizes)
@@ -417,7 +430,9 @@ class LoadedBearing:
     def linear(self) -> Bearing:
         """The linear `Bearing` with this tangent stiffness, for runs in which the load hardly changes it."""
         bearing = self.bearing
-        return Bearing(matrix=np.pad(self.stiffness, (0, 1)), damping_time=bearing.damping_time, drag=bearing.drag)
+        return Bearing(
+            matrix=np.pad(self.stiffness, (0, 1)).tolist(), damping_time=bearing.damping_time, drag=bearing.drag
+        )
 
     @property
     def loads(self) -> list[np.ndarray]:
@@ -455,6 +470,19 @@ def _five(name: str, values: Sequence[float], unit: str) -> np.ndarray:
     require(array.shape == (COORDINATES,), f"{name} must be (5,) over x, y, z and about x, y {unit}, got {array.shape}")
     require_finite(name, array)
     return array
+
+
+def _described(row: Row) -> str:
+    """Geometry of a row in words, in the units of drawings."""
+    parts = [f"Z={row.Z}", f"D_w={row.D_w / mm:.6g} mm", f"D_pw={row.D_pw / mm:.6g} mm"]
+    parts += [f"alpha={row.alpha / deg:.6g} deg", f"direction={row.direction}"] * (row.alpha > 0)
+    if isinstance(row, BallRow):
+        parts += [f"r_i={row.r_i / mm:.6g} mm", f"r_e={row.r_e / mm:.6g} mm", f"X_0={row.X_0 / um:.6g} um"]
+        parts += [f"R_0={row.R_0 / um:.6g} um"]
+    elif isinstance(row, RollerRow):
+        parts += [f"L_we={row.L_we / mm:.6g} mm", f"gap={row.gap / um:.6g} um", f"laminae={row.laminae}"]
+    parts += [f"axial={row.axial / mm:.6g} mm"] * (row.axial != 0)
+    return f"row({', '.join(parts)})"
 
 
 def _radial_play(row: Row) -> float:

@@ -40,11 +40,12 @@ class ShaftMotion:
     spin, speed   about z [rad, rad/s]
     q, q_t        (n, 5) displacements [m] and tilts [rad] of the centre of mass, and their rates; None for a shaft that
                   only spins; of a planet on a pin along and across the pin's radius, against its carrier
+    velocity      (n, 5) of such a planet against the ground; else None
+    tilt_y        (n,) tilt of such a planet in space about its tilted y axis, against the ground [rad]; else None
     elastic       the shaft if it is elastic; q and q_t are then (n, 5 + m) with its m elastic coordinates
     twists, twist_rates
                   (n, n_torsion) coordinates of its torsion, and their rates
     beside        (n_torsion, n_torsion) mass over these coordinates beside the inertias of the shaft and its rotors
-    velocity      (n, 5) of such a planet against the ground in these directions; else None
     """
 
     spin: np.ndarray
@@ -52,6 +53,7 @@ class ShaftMotion:
     q: np.ndarray | None = None
     q_t: np.ndarray | None = None
     velocity: np.ndarray | None = None
+    tilt_y: np.ndarray | None = None
     elastic: ElasticShaft | None = None
     twists: np.ndarray | None = None
     twist_rates: np.ndarray | None = None
@@ -273,12 +275,12 @@ def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: fl
     energy, about_axis = np.zeros(motion.speed.size), motion.speed
     if motion.q is not None and motion.q_t is not None:
         x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity)[:, :5].T
-        of_body, rates = motion.q, motion.q_t
+        of_body, about_x = motion.q, a_t
         if motion.elastic:
-            of_body, rates = motion.elastic.of_first_body(motion.q), motion.elastic.of_first_body(motion.q_t)
+            of_body, about_x = motion.elastic.of_first_body(motion.q), motion.elastic.of_first_body(motion.q_t)[:, 3]
             energy = energy + motion.q_t[:, 5:] ** 2 @ motion.elastic.inertia[5:]
-        b = shaft.offset.tilt_y + of_body[:, 4]
-        about_axis = about_axis + rates[:, 3] * np.sin(b)
+        b = shaft.offset.tilt_y + of_body[:, 4] if motion.tilt_y is None else motion.tilt_y
+        about_axis = about_axis + about_x * np.sin(b)
         energy = energy + shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
     if motion.elastic and motion.twist_rates is not None and motion.beside is not None:
         energy = energy + _forms(motion.twist_rates, motion.beside)

@@ -44,24 +44,26 @@ def side_band_lines(
 ) -> list[SideBandLine]:
     """The lines about mesh harmonics, by rising order; of equal orders the first cause counts, others are added.
 
-    z                teeth of sun, planet at the ring, and ring
+    z                teeth of sun, planet and ring
     angles           (n_planet,) of the planets [rad]
     carrier_orders   largest distance from a mesh harmonic, in orders of the carrier
     members          of "sun" and "planet": those whose own turns are listed too, with a carrier order beside them
     """
     lines: list[SideBandLine] = []
+    sun, planet, ring = (abs(teeth) for teeth in z)
+    turns = {"sun": ring / sun, "planet": ring / planet}
     for harmonic in range(1, harmonics + 1):
         for offset in sorted(range(-carrier_orders, carrier_orders + 1), key=abs):
-            share = _share(harmonic * abs(z[2]) + offset, angles)
-            lines.append(_line(harmonic, z, offset, share, _cause_of_passing(harmonic, offset, share)))
-        for name, teeth in {"sun": z[0], "planet": abs(z[1])}.items():
-            turn = abs(z[2]) / teeth
+            order = harmonic * ring + offset
+            share = _share(order, angles)
+            lines.append(SideBandLine(order, harmonic, offset, share, _cause_of_passing(harmonic, offset, share)))
+        for name, turn in turns.items():
             for sense in (1, -1) if name in members else ():
                 for passing in (0, 1, -1):
-                    offset = sense * turn + passing
-                    of_sun = _share(harmonic * abs(z[2]) + passing - sense, angles)
-                    share, cause = (of_sun if name == "sun" else np.nan), _cause_of_member(name, passing, sense)
-                    lines.append(_line(harmonic, z, offset, share, cause))
+                    beside = sense * turn + passing
+                    share = _share(harmonic * ring + passing - sense, angles) if name == "sun" else np.nan
+                    cause = _cause_of_member(name, passing, sense)
+                    lines.append(SideBandLine(harmonic * ring + beside, harmonic, beside, share, cause))
     merged: list[SideBandLine] = []
     for line in sorted(lines, key=lambda line: line.order):
         if merged and line.order - merged[-1].order < SAME:
@@ -69,10 +71,6 @@ def side_band_lines(
         elif line.order > SAME:
             merged.append(line)
     return merged
-
-
-def _line(harmonic: int, z: tuple[int, int, int], offset: float, share: float, cause: str) -> SideBandLine:
-    return SideBandLine(harmonic * abs(z[2]) + offset, harmonic, offset, share, cause)
 
 
 def _share(number: float, angles: np.ndarray) -> float:

@@ -47,8 +47,8 @@ class Stage:
     friction        `exugear.MeshFriction` of the pair, of both flanks; by default none
     angle           direction from the fast to the slow shaft, about z from x [rad]; of a ring, whose a is < 0, from the
                     slow shaft to the fast one, which is the side where the teeth mesh
-    phase           of the mesh in the reference configuration, as share of a pitch; by default the phase that the
-                    other meshes of its gears require, or 0 where they leave it free
+    phase           of the mesh in the reference configuration, as share of a pitch, in pitches of a law over several;
+                    by default the phase that the other meshes of its gears require, or 0 where they leave it free
     carrier         `exugear.Shaft` on which the axes of the gears turn: a sun (fast) and a planet, a planet (fast) and
                     a ring, or two planets; the first stage on a carrier has its sun as fast shaft.
                     `exugear.Planetary` writes all stages of a set

@@ -46,7 +46,12 @@ def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], di
 def _with_carrier(stage: Stage, shaft: Shaft, axial: float, positions: Mapping[str, tuple[float, float]]) -> np.ndarray:
     """(3,) displacement of a planet with its carrier [m], 0 of other shafts."""
     is_planet = stage.carrier is not None and is_beside(stage, shaft.name, positions)
-    return stage.carrier.offset.at(axial) - [0.0, 0.0, axial] if stage.carrier and is_planet else np.zeros(3)
+    return displacement_at(stage.carrier, axial) if stage.carrier and is_planet else np.zeros(3)
+
+
+def displacement_at(shaft: Shaft, axial: float) -> np.ndarray:
+    """(3,) displacement of the axis of a shaft at an axial position [m]."""
+    return shaft.offset.at(axial) - np.array([0.0, 0.0, axial])
 
 
 def is_beside(stage: Stage, name: str, positions: Mapping[str, tuple[float, float]]) -> bool:

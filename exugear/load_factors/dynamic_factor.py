@@ -13,6 +13,8 @@ from fem.support.validation import require
 
 #: Share of the largest static force below which a mesh counts as unloaded; largest force of a run without load [N].
 UNLOADED, NO_LOAD = 0.05, 1e-3
+#: Share of the largest static force of all stages below which a stage is idle, as the mesh of a member that runs free.
+IDLE = 1e-3
 #: Why K_v is NaN.
 MISSING = f"static mesh force below {UNLOADED:.0%} of its largest in the run, as where the load crosses zero"
 #: Variables over (stage, speed): unit, long name.
@@ -34,8 +36,8 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     Returns a dataset over (stage, speed), the mean speed of each window [rad/s]:
 
     K_v             largest mesh force over the static one; NaN in windows in which the static force falls below 5 % of
-                    its largest in the run, as where the load crosses zero, and of stages without load: the ratio to a
-                    force that vanishes says nothing (attribute "missing")
+                    its largest in the run, as where the load crosses zero, and of stages without load, below 0.1 % of
+                    the largest of all stages: the ratio to a force that vanishes says nothing (attribute "missing")
     static_force    local mean of the mesh force over whole mesh cycles [N]: the torque that the mesh transmits, over
                     the base radius; < 0 where the back flank transmits it
     mesh_frequency  [Hz]
@@ -58,7 +60,8 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     slowest = min((mesh_cycles(stage) for stage in stages), key=lambda cycles: cycles[-1])
     require(windows >= 1, f"windows must be at least 1, got {windows}")
     windows = min(windows, slowest.size // 2)
-    columns = np.array([_over_speed(stage, windows, slowest) for stage in stages])
+    idle = IDLE * _largest_static(stages, windows)
+    columns = np.array([_over_speed(stage, windows, slowest, idle) for stage in stages])
     labels, loaded = [stage["stage"].item() for stage in stages], np.abs(columns[:, 1]).max() > NO_LOAD
     require(bool(loaded), f"run must load the mesh of a stage of {labels}; give it a load that is not 0 N m")
     about = {"units": "rad/s", "long_name": "speed of the driving shaft"}
@@ -94,18 +97,27 @@ def _stages(run) -> list[xr.Dataset]:
 
 def is_loaded(run, windows: int = 280) -> bool:
     """Whether a mesh of a run transmits a mean force in a window, to which dynamic factors refer."""
-    means = (
-        local_mean(stage["time"].values, mesh_cycles(stage), stage["mesh_force"].values, windows)
-        for stage in _stages(run)
-    )
-    return any(bool(np.abs(mean).max() > NO_LOAD) for mean in means)
+    return _largest_static(_stages(run), windows) > NO_LOAD
 
 
-def _over_speed(stage: xr.Dataset, windows: int, slowest: np.ndarray) -> tuple[np.ndarray, ...]:
-    """`VARIABLES` of a stage, each (n_window,); slowest: mesh cycles of the slowest stage, by which windows join."""
-    time, force = stage["time"].values, stage["mesh_force"].values
-    static = local_mean(time, mesh_cycles(stage), force, windows)
-    loaded = np.abs(static) > max(UNLOADED * np.abs(static).max(), NO_LOAD)
+def _largest_static(stages: list[xr.Dataset], windows: int) -> float:
+    """Largest static force [N] of all stages."""
+    return max(float(np.abs(_static(stage, windows)).max()) for stage in stages)
+
+
+def _static(stage: xr.Dataset, windows: int) -> np.ndarray:
+    """(n,) static force of a stage."""
+    return local_mean(stage["time"].values, mesh_cycles(stage), stage["mesh_force"].values, windows)
+
+
+def _over_speed(stage: xr.Dataset, windows: int, slowest: np.ndarray, idle: float) -> tuple[np.ndarray, ...]:
+    """`VARIABLES` of a stage, each (n_window,).
+
+    slowest   mesh cycles of the slowest stage, by which windows join
+    idle      static force up to which the stage carries no load [N]
+    """
+    force, static = stage["mesh_force"].values, _static(stage, windows)
+    loaded = np.abs(static) > max(UNLOADED * np.abs(static).max(), NO_LOAD, idle)
     dynamic = envelope(static, force / np.where(loaded, static, inf), windows, cycles=slowest)
     told = envelope(static, loaded.astype(float), windows, cycles=slowest).low > 0.5
     frequency = envelope(stage["mesh_frequency"].values, force, windows, cycles=slowest).abscissa

@@ -8,6 +8,7 @@ import numpy as np
 
 from exugear.mesh_force.force_kernels import blended, centroid_of, contact_at
 from exugear.mesh_force.layout import OFFSETS, U
+from exugear.mesh_force.tabulation import uniform_phases
 from fem.support.numba_cache import kept
 
 #: Steps of Newton's iteration for the deflection at the largest force.
@@ -24,7 +25,7 @@ def at_fixed_offsets(force, fixed: Mapping[str, float]) -> dict[str, Any]:
     values = {**dict(zip(axes, (x.ravel() for x in grid), strict=True)), **fixed}
     number = grid[0].size if grid else 1
     offsets = np.array([np.broadcast_to(values.get(name, 0.0), number) for name in OFFSETS]).T.copy()
-    phase = np.arange(force.table.edges.shape[-1]) / force.table.edges.shape[-1]
+    phase = uniform_phases(force.table.edges.shape[-1], force.pitches)
     deflection, forces, centroid = _sampled()(force.table.head, phase, offsets, U**4)
     shape = (*(axis.size for axis in axes.values()), phase.size, U.size)
     deflection, forces, centroid = (x.reshape(shape) for x in (deflection, forces, centroid))

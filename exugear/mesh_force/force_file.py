@@ -14,6 +14,8 @@ TITLE = "force law of a gear mesh"
 #: Units of the numbers of a law, and of its offsets; the last dimension of its tables; what stands before the names of
 #: a coast flank's variables.
 NUMBERS = {"damping": "N s/m", "damping_ramp": "m", "backlash": "m", "back_phase": "1", "mapped_force": "N"}
+#: Attribute with the number of pitches of a law over several.
+PITCHES = "pitches"
 OFFSET_UNITS = dict(zip(OFFSETS, ("m", "rad", "m"), strict=True))
 STEP, COAST = "deflection_step", "coast_"
 
@@ -53,7 +55,8 @@ def _dataset(force, prefix: str = "") -> xr.Dataset:
     data = xr.Dataset(
         {f"{prefix}{name}": (*value, {"units": units}) for name, (value, units) in variables.items()},
         {f"{prefix}{name}": (f"{prefix}{name}", x, {"units": units}) for name, (x, units) in axes.items()},
-        {"title": TITLE, f"{prefix}conserves": int(force.conserves), f"{prefix}coast_unlike": force.coast_unlike},
+        {"title": TITLE, f"{prefix}conserves": int(force.conserves), f"{prefix}coast_unlike": force.coast_unlike}
+        | ({PITCHES: force.pitches} if force.pitches > 1 else {}),
     )
     return data if force.coast is None else data.merge(_dataset(force.coast, COAST), combine_attrs="no_conflicts")
 
@@ -64,6 +67,7 @@ def _arguments(data: xr.Dataset, prefix: str = "") -> dict[str, Any]:
     return {
         **arrays,
         **{name: float(data[f"{prefix}{name}"]) for name in NUMBERS},
+        "pitches": int(data.attrs.get(PITCHES, 1)),
         "offsets": {name: data[f"{prefix}{name}"].values for name in OFFSETS if f"{prefix}{name}" in data.dims},
         "fixed_offsets": {n: float(data[f"{prefix}fixed_{n}"]) for n in OFFSETS if f"{prefix}fixed_{n}" in data},
         "conserves": bool(data.attrs[f"{prefix}conserves"]),

@@ -9,9 +9,10 @@ import numpy as np
 
 from exugear.mesh_force.kernel_records import record_type
 
-#: Phase steps of a table; of a table with many blocks, and from how many blocks on: 3 MB a block with force centroids.
+#: Phase steps in a pitch of a table; of a table with many blocks, and from how many blocks on: 3 MB a block with force
+#: centroids. Each pitch of a law over several counts as a block.
 PHASES, PHASES_OF_MANY, MANY_BLOCKS = 256, 128, 65
-#: Phase steps of a table from phases that are not uniform.
+#: Phase steps in a pitch of a table from phases that are not uniform.
 RESAMPLED = 1024
 #: Steps of u, and their nodes.
 PENETRATIONS = 128
@@ -20,7 +21,8 @@ OFFSETS = ("a", "misalignment", "axial")
 #: Head of a table: numbers of steps and of offset values; whether all derivatives of the potential act, and whether the
 #: force has a centroid beside mid-plane; scalars of the law; means over phase of force [N] and tangent stiffness [N/m]
 #: at the end of the table; largest tangent stiffness of either flank; side: 1, of a coast flank's table -1; start of
-#: that table, 0 where the coast flank is the mirror image; starts of the arrays [bytes from the head].
+#: that table, 0 where the coast flank is the mirror image; starts of the arrays [bytes from the head]; pitches after
+#: which the law repeats, the reciprocal of their number, and phase steps in a pitch.
 FORCE_TABLE = record_type(
     ("phase_steps", "i8"),
     ("penetration_steps", "i8"),
@@ -41,6 +43,9 @@ FORCE_TABLE = record_type(
     ("edges_start", "i8"),
     ("potentials_start", "i8"),
     ("centroids_start", "i8"),
+    ("pitches", "f8"),
+    ("per_pitches", "f8"),
+    ("steps_in_pitch", "f8"),
 )
 #: Unloaded deflection, largest penetration [m], and their slopes per phase step; largest force of the law [N].
 EDGE = record_type(
@@ -50,6 +55,11 @@ EDGE = record_type(
 NODE = record_type(*((name, "f8") for name in ("value", "by_u", "by_uu", "by_phase", "by_phase_u", "by_phase_uu")))
 #: Number of values whose weighted sum is the slope at a value of an axis.
 SLOPE_WEIGHTS = 3
+
+
+def steps_in_pitch(blocks: int, pitches: int) -> int:
+    """Phase steps in a pitch of a table with a number of blocks over a number of pitches."""
+    return PHASES if blocks * pitches < MANY_BLOCKS else PHASES_OF_MANY
 
 
 def table_type(

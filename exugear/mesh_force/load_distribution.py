@@ -8,7 +8,7 @@ import xarray as xr
 
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import left_torques
-from fem.ste.ste_map import PHASE, TORQUE, check, over_torque_and_phase, pair_of
+from fem.ste.ste_map import PHASE, TORQUE, check, check_period, over_torque_and_pitches, pair_of, pitches_of
 from fem.support.validation import require
 
 #: Steps over a pitch.
@@ -19,7 +19,7 @@ LEAST_WIDTH = 0.1
 
 
 class LoadDistribution(NamedTuple):
-    """Pieces of contact lines, each array (n_piece, STEPS) over phases i / STEPS.
+    """Pieces of contact lines, each array (n_piece, n) over phases i / STEPS of a pitch, or of several.
 
     start, end   in pitches beyond the pitch point along the line of action
     share        of the mesh force, evenly spread from start to end; the shares add up to 1
@@ -50,9 +50,10 @@ def mapped_distribution(ste: xr.Dataset, torque: float) -> LoadDistribution:
     outside the map.
     """
     ste = left_torques(check(ste))
-    over_torque_and_phase(ste)
+    over_torque_and_pitches(ste)
+    check_period(ste)
     pair = pair_of(ste)
-    position = _tooth_positions(pair)
+    position = _tooth_positions(pair, pitches_of(ste))
     share = _shares(ste, torque, position)
     first, last = _ends(position, pair)
     start, end = (x.clip(*_path(pair)) for x in (first, last))
@@ -64,7 +65,7 @@ def mapped_distribution(ste: xr.Dataset, torque: float) -> LoadDistribution:
 
 
 def sign_and_distance(distribution: LoadDistribution) -> tuple[np.ndarray, np.ndarray]:
-    """(STEPS,) means of sign(x) and |x| over the load, x the distance from the pitch point in pitches."""
+    """(n,) means of sign(x) and |x| over the load, x the distance from the pitch point in pitches."""
     start, end, share, _ = distribution
     width = end - start
     long = width > 0
@@ -79,11 +80,11 @@ def _path(pair: GearPair) -> tuple[float, float]:
     return (pair.roll_start - pair.roll_pitch) / pair.p_bt, (pair.roll_end - pair.roll_pitch) / pair.p_bt
 
 
-def _tooth_positions(pair: GearPair) -> np.ndarray:
-    """(n_pair, STEPS) positions of the tooth pairs in mid-plane, in pitches beyond the pitch point."""
+def _tooth_positions(pair: GearPair, pitches: int = 1) -> np.ndarray:
+    """(n_pair, n) positions of the tooth pairs in mid-plane, in pitches beyond the pitch point."""
     low, high = _path(pair)
     number = np.arange(floor(low - pair.eps_beta) - 1, ceil(high + pair.eps_beta) + 2)
-    return number[:, None] + np.arange(STEPS) / STEPS
+    return number[:, None] + np.tile(np.arange(STEPS) / STEPS, pitches)
 
 
 def _ends(position: np.ndarray, pair: GearPair) -> tuple[np.ndarray, np.ndarray]:
@@ -110,8 +111,17 @@ def _shares(ste, torque: float, position: np.ndarray) -> np.ndarray:
     require(torque > 0 and given[0] <= torque <= given[-1], f"{within}; extend the map")
     near = np.array([np.interp(torque, given, hat) for hat in np.eye(given.size)])
     known = np.tensordot(near, ste[SHARE].transpose(TORQUE, PHASE, PAIR).values, 1)
-    pairs = ste[PAIR].values
-    number = np.arange(pairs.min() - 1, pairs.max() + 2)
-    share = np.zeros((number.size, phase.size))
-    share[pairs - number[0]] = known.T
-    return np.interp(position, (number[:, None] + phase).ravel(), share.ravel(), left=0.0, right=0.0)
+    pairs, pitches = ste[PAIR].values, pitches_of(ste)
+    first = pairs.min() - pitches - 1
+    by_number = np.zeros((phase.size + 2, pairs.max() + pitches + 2 - first))
+    # A pitch cycle later the teeth that meet are those of tooth pairs with smaller numbers.
+    by_number[1:-1, pairs - first] = known
+    by_number[0, pairs + pitches - first] = known[-1]
+    by_number[-1, pairs - pitches - first] = known[0]
+    closed = np.r_[phase[-1] - pitches, phase, phase[0] + pitches]
+    pitch, at = np.divmod(np.arange(position.shape[1]), STEPS)
+    at = pitch + at / STEPS
+    low = np.searchsorted(closed, at, side="right") - 1
+    ahead = (at - closed[low]) / (closed[low + 1] - closed[low])
+    number = np.clip(np.floor(position).astype(int) - pitch - first, 0, by_number.shape[1] - 1)
+    return (1 - ahead) * by_number[low, number] + ahead * by_number[low + 1, number]

@@ -9,7 +9,7 @@ dissipates the power mu F B |omega_1 - omega_2|.
 
 from dataclasses import dataclass, field
 from math import cos, isclose, nan, tan
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -30,7 +30,7 @@ from exugear.mesh_force.load_distribution import (
 )
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import pair_of
+from fem.ste.ste_map import pair_of, pitches_of
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
 from fem.support.validation import increasing, require, set_fields
@@ -40,7 +40,7 @@ from fem.support.validation import increasing, require, set_fields
 #: the force of their first row and difference to that of the next one.
 FRICTION = record_type(
     *((name, "f8") for name in (*PowerLaw._fields, "speed", "tan_alpha_wt")),
-    *(("steps", "i8"), ("rows", "i8"), ("log_first", "f8"), ("log_step", "f8")),
+    *(("steps", "i8"), ("rows", "i8"), ("log_first", "f8"), ("log_step", "f8"), ("per_pitches", "f8")),
 )
 LAWS = SchlenkFriction, NiemannFriction, XuFriction
 Coefficient = float | SchlenkFriction | NiemannFriction | XuFriction
@@ -65,12 +65,13 @@ class MeshFriction:
     coefficient  Coulomb's coefficient of friction mu, of the normal force: a number, or the law of `SchlenkFriction`,
                  `NiemannFriction` or `XuFriction`, by which it follows the mesh force and the speed
     pull         (n,) share of the load beyond the pitch point on the path of contact minus the share before it, over
-                 phases i / n
-    lever        (n,) mean distance of the load from the pitch point [m], over phases i / n
+                 phases i / n of the pitches
+    lever        (n,) mean distance of the load from the pitch point [m], over the same phases
     forces       (m,) mesh forces [N] in geometric progression, of the rows of pull and lever (m, n) for a local
                  coefficient (`XuFriction`), by which these are multiplied already
     speed        [rad/s] over which friction fades at low speed, by the factor tanh((omega_1 - omega_2) / speed)
     pair         `fem.GearPair` to which the tables belong; None: any, as of tables from elsewhere
+    pitches      over which the phases of the tables run
 
     The tables are interpolated linearly between the phases and hold at the nominal centre distance. The direction of
     sliding follows from omega_1 - omega_2 alone: where teeth vibrate faster along their flanks than they slide, next to
@@ -83,8 +84,10 @@ class MeshFriction:
     speed: float = field(default=1.0, kw_only=True)
     forces: np.ndarray | None = field(default=None, kw_only=True)
     pair: GearPair | None = field(default=None, kw_only=True, repr=False)
+    pitches: int = field(default=1, kw_only=True)
 
     def __post_init__(self):
+        require(self.pitches >= 1, f"pitches must be at least 1, a whole number, got {self.pitches}")
         for name in ("pull", "lever", *["forces"] * (self.forces is not None)):
             table = np.array(getattr(self, name), float)
             table.setflags(write=False)
@@ -121,7 +124,8 @@ class MeshFriction:
         """
         distribution = mapped_distribution(ste, torque)
         pair = pair_of(ste)
-        return cls(coefficient, **_tables(coefficient, pair, distribution), speed=speed, pair=pair)
+        tables = _tables(coefficient, pair, distribution)
+        return cls(coefficient, **tables, speed=speed, pair=pair, pitches=pitches_of(ste))
 
     @checked
     def power_law(self, pair: GearPair | RingPair) -> PowerLaw:
@@ -171,12 +175,14 @@ class MeshFriction:
         values = law._replace(factor=law.factor / cos(pair.beta_b))._asdict() | {"speed": self.speed}
         logarithms = np.log(self.forces) if self.forces is not None else np.zeros(2)
         values |= {"log_first": logarithms[0], "log_step": logarithms[1] - logarithms[0]}
-        head = record_of(FRICTION, **values, tan_alpha_wt=tan(pair.alpha_wt), steps=steps, rows=rows)
+        head = record_of(
+            FRICTION, **values, tan_alpha_wt=tan(pair.alpha_wt), steps=steps, rows=rows, per_pitches=1 / self.pitches
+        )
         kind = record_type(("head", FRICTION), ("pull", "f8", (rows, steps)), ("lever", "f8", (rows, steps)))
         return record_of(kind, head=head, pull=self.pull, lever=self.lever)
 
 
-def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribution) -> dict[str, np.ndarray]:
+def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribution) -> dict[str, Any]:
     """pull, lever and, for a local coefficient, forces of a friction."""
     if not isinstance(coefficient, XuFriction):
         pull, distance = sign_and_distance(distribution)

@@ -67,7 +67,7 @@ def phase_cell(table, phase):
     if not abs(phase) < LARGEST_PHASE:
         raise ValueError(nan, nan)
     n = table.phase_steps
-    x = (phase - floor(phase)) * n
+    x = phase * table.steps_in_pitch - floor(phase * table.per_pitches) * n
     i = min(int(x), n - 1)
     return Cell(i, i + 1 if i + 1 < n else 0, x - i)
 
@@ -90,7 +90,7 @@ def edge(table, block, i):
 @compiled
 def range_of(table, block, phase):
     """`Range` of a block in a phase cell."""
-    a, b, t, n = edge(table, block, phase.low), edge(table, block, phase.high), phase.share, table.phase_steps
+    a, b, t, n = edge(table, block, phase.low), edge(table, block, phase.high), phase.share, table.steps_in_pitch
     return Range(
         hermite(t, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
         n * hermite_slope(t, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
@@ -107,7 +107,7 @@ def patch(table, start, block, phase, load):
     low, high = number * (block * table.phase_steps + phase.low), number * (block * table.phase_steps + phase.high)
     a, b = node_at(first + NODE_SIZE * (low + load.low)), node_at(first + NODE_SIZE * (high + load.low))
     c, d = node_at(first + NODE_SIZE * (low + load.high)), node_at(first + NODE_SIZE * (high + load.high))
-    t, w, n, m = phase.share, load.share, table.phase_steps, table.penetration_steps
+    t, w, n, m = phase.share, load.share, table.steps_in_pitch, table.penetration_steps
     value, first_u, second_u = quintic(w, along_phase(t, a, b), along_phase(t, c, d))
     by_phase, by_phase_u, _ = quintic(w, slope_along_phase(t, a, b), slope_along_phase(t, c, d))
     return Patch(value, m * first_u, m * m * second_u, n * by_phase, n * m * by_phase_u)

@@ -78,30 +78,38 @@ def monotone_cubic(x, y, at):
     return values, slopes
 
 
-def periodic_cubics(phase: np.ndarray, curves: Iterable[np.ndarray], uniform: np.ndarray) -> list[np.ndarray]:
+def periodic_cubics(
+    phase: np.ndarray, curves: Iterable[np.ndarray], uniform: np.ndarray, pitches: int = 1
+) -> list[np.ndarray]:
     """Values and slopes per step (2, n_uniform, ...) of periodic curves (n_phase, ...) at uniform phases.
 
     Cubic splines, twice continuously differentiable, where none overshoots; else monotone curves, which are so once.
     """
     curves = [np.asarray(values) for values in curves]
-    flat = np.concatenate([values.reshape(phase.size, -1) for values in curves], axis=1)
-    ends = np.cumsum([values[0].size for values in curves])[:-1]
-    parts = np.split(_resampled(phase, flat, ends, uniform), ends, axis=2)
-    return [part.reshape(2, uniform.size, *values.shape[1:]) for part, values in zip(parts, curves, strict=True)]
+    splines = []
+    for values in curves:
+        if (at_uniform := _by_splines(phase, values, uniform, pitches)) is None:
+            return [_monotone(phase, values, uniform, pitches) for values in curves]
+        splines.append(at_uniform)
+    return splines
 
 
-def _resampled(phase: np.ndarray, values: np.ndarray, ends: np.ndarray, uniform: np.ndarray) -> np.ndarray:
-    """Values and slopes per step (2, n_uniform, n) of curves (n_phase, n); ends: of the columns of a quantity."""
-    curve = periodic_spline(phase, values)
-    middle = curve((phase + np.append(phase[1:], phase[0] + 1)) / 2)
-    if any(
-        _overshoots(*quantity) for quantity in zip(*(np.split(x, ends, axis=1) for x in (values, middle)), strict=True)
-    ):
-        wrapped = np.r_[phase - 1, phase, phase + 1]
-        curve = scipy.interpolate.PchipInterpolator(wrapped, np.r_[values, values, values])
-    elif np.array_equal(phase, uniform):
-        return np.array([values, curve.c[2] / uniform.size])
-    return np.array([curve(uniform), curve(uniform, 1) / uniform.size])
+def _by_splines(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray, pitches: int) -> np.ndarray | None:
+    """Values and slopes (2, n_uniform, ...) of the splines of a quantity (n_phase, ...); None where one overshoots."""
+    curve = periodic_spline(phase, values, pitches)
+    if _overshoots(values, curve((phase + np.append(phase[1:], phase[0] + pitches)) / 2)):
+        return None
+    steps = uniform.size / pitches
+    if np.array_equal(phase, uniform):
+        return np.array([values, curve.c[2] / steps])
+    return np.array([curve(uniform), curve(uniform, 1) / steps])
+
+
+def _monotone(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray, pitches: int) -> np.ndarray:
+    """Values and slopes (2, n_uniform, ...) of monotone curves through those of a quantity (n_phase, ...)."""
+    wrapped = np.r_[phase[-2:] - pitches, phase, phase[:2] + pitches]
+    curve = scipy.interpolate.PchipInterpolator(wrapped, np.concatenate([values[-2:], values, values[:2]]))
+    return np.array([curve(uniform), curve(uniform, 1) * pitches / uniform.size])
 
 
 def _overshoots(values: np.ndarray, middle: np.ndarray) -> bool:

@@ -35,7 +35,7 @@ def phase_curvature(table, phase, deflection):
     At a fixed penetration p the potential is p^2 w(phase, u) with u = (p / largest(phase))^(1/4); the penetration falls
     as the unloaded deflection rises.
     """
-    cell, n = phase_cell(table, phase), table.phase_steps
+    cell, n = phase_cell(table, phase), table.steps_in_pitch
     static = potential(table, 0, cell, deflection, 0.0)
     if static.penetration <= 0.0:
         return 0.0

@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 
 from fem.ste.load_interpolation import deflection_under
-from fem.ste.ste_map import CENTROID, PHASE, STIFFNESS, TE, TORQUE, at_phases, over_offsets, pair_of
+from fem.ste.ste_map import CENTROID, PHASE, STIFFNESS, TE, TORQUE, at_phases, over_offsets, pair_of, pitches_of
 from fem.support.validation import require
 from fem.units import um
 
@@ -27,8 +27,8 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0
     few = f"torque needs 0 and two loads or more, got {torque} N m"
     require(torque.size >= 3, f"{few}; map more, or use MeshForce.secant, which needs a single load")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
-    te, stiffness = over_offsets(ste, TE).values, None
-    _require_rising(torque, at_phases(coarse, te, phase), phase)
+    te, stiffness, pitches = over_offsets(ste, TE).values, None, pitches_of(ste)
+    _require_rising(torque, at_phases(coarse, te, phase, pitches), phase)
     if STIFFNESS in ste:
         stiffness = over_offsets(ste, STIFFNESS).values[1:]
         stiff = f"stiffness must be > 0 N/m under load, got {stiffness.min():g}; drop it: ste.drop_vars('stiffness')"
@@ -37,8 +37,8 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0
     below = given[0] * np.geomspace(LIGHTEST_LOAD_SHARE, 1, LOADS_BELOW_MAP + 1)[:-1]
     force = np.r_[below, np.geomspace(given[0], given[-1], LOADS_WITHIN_MAP)]
     force[[LOADS_BELOW_MAP, -1]] = given[[0, -1]]
-    loaded = at_phases(coarse, te[:1] + deflection_under(given, te[1:] - te[0], force, stiffness), phase)
-    deflection = np.moveaxis(np.concatenate([at_phases(coarse, te[:1], phase), loaded]), 0, -1)
+    loaded = at_phases(coarse, te[:1] + deflection_under(given, te[1:] - te[0], force, stiffness), phase, pitches)
+    deflection = np.moveaxis(np.concatenate([at_phases(coarse, te[:1], phase, pitches), loaded]), 0, -1)
     force = np.r_[0, force]
     return (force, deflection) if extend == 1 else _extrapolated(force, deflection, extend)
 
@@ -69,7 +69,7 @@ def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np
     """
     if CENTROID not in ste:
         return 0.0
-    centroid = at_phases(ste[PHASE].values, over_offsets(ste, CENTROID).values[1:], phase)
+    centroid = at_phases(ste[PHASE].values, over_offsets(ste, CENTROID).values[1:], phase, pitches_of(ste))
     given = np.log(ste[TORQUE].values[1:] / r_b)
     at = np.clip(np.log(np.maximum(force, 1e-300)), given[0], given[-1])
     return np.moveaxis(scipy.interpolate.PchipInterpolator(given, centroid)(at), 0, -1)
@@ -87,7 +87,7 @@ def te_under(ste, torque: float, phase: np.ndarray) -> np.ndarray:
         list(ste[TE].dims) == [TORQUE, PHASE], f"te must have no further axes, got {ste[TE].dims}; select one value"
     )
     if torque in ste[TORQUE].values:
-        return at_phases(ste[PHASE].values, over_offsets(ste, TE).sel({TORQUE: torque}).values, phase)
+        return at_phases(ste[PHASE].values, over_offsets(ste, TE).sel({TORQUE: torque}).values, phase, pitches_of(ste))
     r_b = pair_of(ste).pinion.r_b
     force, deflection = loaded_deflection(ste, r_b, phase)
     return scipy.interpolate.PchipInterpolator(force, deflection, axis=-1)(torque / r_b)

@@ -60,9 +60,9 @@ class PhaseCurves(NamedTuple):
 
 def tabulate(force) -> np.record:
     """The table of a `MeshForce`, behind it that of its coast flank; ValueError where its backlash jams the teeth."""
-    phase = force.phase
-    uniform = np.allclose(phase, np.arange(phase.size) / phase.size, atol=1e-9)
-    phase_steps = phase.size if uniform else RESAMPLED
+    phase, pitches = force.phase, force.pitches
+    uniform = np.allclose(phase, uniform_phases(phase.size, pitches), atol=1e-9)
+    phase_steps = phase.size if uniform else RESAMPLED * pitches
     axes = {name: np.atleast_1d(force.offsets.get(name, force.fixed_offsets.get(name, 0.0))) for name in OFFSETS}
     coast = None if force.coast is None else force.coast.table
     counts, of_coast = tuple(axis.size for axis in axes.values()), None if coast is None else coast.dtype
@@ -89,6 +89,9 @@ def tabulate(force) -> np.record:
         axes_start=[start_of_field(kind, name) for name in OFFSETS],
         slopes_start=[start_of_field(kind, f"{name}_slopes") for name in OFFSETS],
         **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "potentials", "centroids")},
+        pitches=pitches,
+        per_pitches=1 / pitches,
+        steps_in_pitch=phase_steps / pitches,
     )
     slopes = {f"{name}_slopes": slope_weights(axis) for name, axis in axes.items()}
     behind = {} if coast is None else {"coast": changed(coast, head=changed(coast.head, **scalars, side=-1.0))}
@@ -101,8 +104,8 @@ def _arrays(force, phase_steps: int, kind: np.dtype) -> tuple[dict[str, np.ndarr
     tables = [np.broadcast_to(x, shape) for x in (force.deflection, force.force_table, force.centroid)]
     rows = [x.reshape(-1, *x.shape[-2:]) for x in (_extended(*tables) if force.offsets else tables)]
     limits = largest_force.reshape(-1, shape[-2])
-    uniform = np.arange(phase_steps) / phase_steps
-    blocks = [_block(force.phase, uniform, *columns) for columns in zip(*rows, limits, strict=True)]
+    uniform = uniform_phases(phase_steps, force.pitches)
+    blocks = [_block(force.phase, uniform, force.pitches, *columns) for columns in zip(*rows, limits, strict=True)]
     edges, potentials, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
     arrays = {"edges": edges, "potentials": potentials}
     shaped = {name: values.reshape(1, *kind[name].shape) for name, values in arrays.items()}
@@ -129,17 +132,24 @@ def _extended(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray) -
     return [np.concatenate(x, axis=-1) for x in zip((deflection, force, centroid), further, strict=True)]
 
 
-def _block(phase, uniform: np.ndarray, deflection, force, centroid, largest_force) -> tuple[np.ndarray, ...]:
+def uniform_phases(number: int, pitches: int) -> np.ndarray:
+    """(number,) phases from 0 on, evenly spaced over a number of pitches."""
+    return np.arange(number) * pitches / number
+
+
+def _block(
+    phase, uniform: np.ndarray, pitches: int, deflection, force, centroid, largest_force
+) -> tuple[np.ndarray, ...]:
     """Edges (phase_steps,), potentials, centroids and tangent stiffnesses (phase_steps, U.size) of a block.
 
     deflection, force, centroid   (n_phase, n_deflection) over the given phases
-    uniform                       (phase_steps,) phases of the table
+    uniform                       (phase_steps,) phases of the table, over a number of pitches
     """
     rows = [_curves_at_phase(*columns) for columns in zip(deflection, force, centroid, largest_force, strict=True)]
     curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
     slopes = _smoothed(curves.secant, curves.secant_slope), _smoothed(curves.centroid, curves.centroid_slope)
     curves = curves._replace(secant_slope=slopes[0], centroid_slope=slopes[1])
-    resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform))
+    resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform, pitches))
     edges = np.empty(uniform.size, EDGE)
     edges["unloaded"], edges["unloaded_slope"] = resampled.unloaded
     edges["largest"], edges["largest_slope"] = resampled.largest

@@ -10,7 +10,7 @@ from exugear.gearbox.bearing_law import tangent_stiffness
 from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model
-from exugear.multibody.planet_pins import pin_rows
+from exugear.multibody.planet_pins import pin_matrices
 from fem.units import mm
 
 #: Share of an entry of the whole stiffness below which the difference of matrices is rounding.
@@ -66,10 +66,9 @@ def pins(model: Model) -> Iterator[ElasticElement]:
     q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
     for pin in model.pins:
         carrier, planet = model.spins[pin.carrier.name], model.spins[pin.planet.name]
-        n = len(model.plan.shafts[pin.carrier.name].components)
-        part = [*range(carrier - n + 1, carrier + 1), *range(planet - 2, planet + 1)]
-        rows = pin_rows(pin, q[carrier], n)
-        stiffness = float(pin.bearing.stiffness[0, 0]) * rows.T @ rows
+        n, m = (len(model.plan.shafts[shaft.name].components) for shaft in (pin.carrier, pin.planet))
+        part = [*range(carrier - n + 1, carrier + 1), *range(planet - m + 1, planet + 1)]
+        stiffness, _ = pin_matrices(pin, q[part].tolist(), n)
         yield ElasticElement(f"{pin.planet.name} pin", "bearing", embedded(stiffness, part, q.size))
 
 

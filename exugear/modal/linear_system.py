@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exugear.gearbox.bearing import is_isotropic
 from exugear.gearbox.shaft import Shaft
 from exugear.modal.elastic_elements import (
     UNNAMED,
@@ -20,14 +21,14 @@ from exugear.multibody.bearings_and_drags import drag_name
 from exugear.multibody.exudyn_objects import INITIAL, current_state
 from exugear.multibody.gear_contact import contacts_of
 from exugear.multibody.linearization import disengaged, set_velocities
-from exugear.multibody.model import Model, centre_of, further_objects
+from exugear.multibody.model import Model, further_objects, moving_of
 from exugear.planning.eigenmodes import measured_rows, rigid_motions
 from fem.support.validation import require
 
 #: Stiffness that no element accounts for, as share of the diagonal, above which it counts as a further element.
 UNACCOUNTED = 1e-6
-#: J of the velocities W J x in a frame that turns at W; relative difference of stiffnesses that is rounding.
-TURN, SAME = np.array([[0.0, -1.0], [1.0, 0.0]]), 1e-9
+#: J of the velocities W J x in a frame that turns at W.
+TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 NOT_PRESSED = (
     "load: no teeth are pressed in the initial state; take a larger load, of a hand-built system solve for its "
     "equilibrium with mbs.SolveStatic(updateInitialValues=True), which makes the solution its initial state"
@@ -106,10 +107,11 @@ def _damping_of_gearbox(model: Model, contacts: Collection[int], velocities: np.
 
 
 def in_carrier_frame(model: Model, system: LinearSystem, speeds: np.ndarray) -> LinearSystem:
-    """The equations of a set whose planets move in the plane, in the frame that turns with its carrier.
+    """The equations of a set whose planets move in the plane or in space, in the frame that turns with its carrier.
 
     With displacements x = R u the translations have the gyroscopic terms 2 W m J, J = [[0, -1], [1, 0]], and the
-    centrifugal stiffness -W^2 m, W being the speed of the carrier. Damping counts by the rates in this frame. Raises
+    centrifugal stiffness -W^2 m, W being the speed of the carrier. The tilts of a shaft that spins at w have likewise
+    2 W J_t J and W (J w - J_t W) beside their gyroscopic terms. Damping counts by the rates in this frame. Raises
     ValueError for several carriers that turn at different speeds, and for bearings that are not the same in all
     directions: seen from the carrier they change as it turns.
     """
@@ -122,22 +124,24 @@ def in_carrier_frame(model: Model, system: LinearSystem, speeds: np.ndarray) -> 
     damping, centrifugal = system.damping.copy(), np.zeros_like(system.damping)
     turning = [name for name, kind in model.plan.shafts.items() if kind.on_bearings]
     for name in turning if speeds.any() else ():
-        shaft, centre = box.ends[name], centre_of(model, name)
+        shaft, moving = box.ends[name], moving_of(model, name)
         _check_isotropic(shaft)
-        mass = system.mass[centre, centre]
-        for k, w in enumerate((ratio * speeds).tolist()):
-            damping[k, centre, centre] += 2 * w * mass @ TURN
-            centrifugal[k, centre, centre] -= w**2 * mass
+        centre, tilts = slice(moving.start, moving.start + 2), slice(moving.start + 3, moving.stop)
+        for k, (w, spin) in enumerate(zip(ratio * speeds, box.ratios[name] * speeds, strict=True)):
+            for part in (centre, tilts) if moving.stop - moving.start == 5 else (centre,):
+                mass = system.mass[part, part]
+                damping[k, part, part] += 2 * w * mass @ TURN
+                centrifugal[k, part, part] -= w**2 * mass
+                if part is tilts:
+                    centrifugal[k, part, part] += w * spin * shaft.inertia * np.eye(2)
     return replace(system, damping=damping, centrifugal=centrifugal)
 
 
 def _check_isotropic(shaft: Shaft) -> None:
     """ValueError for a shaft in a carrier's frame whose bearings are not the same in all directions."""
-    for bearing in shaft.bearings.values():
-        k = bearing.stiffness
-        alike = abs(k[0, 0] - k[1, 1]) <= SAME * k[0, 0] and abs(k[0, 1]) <= SAME * k[0, 0]
-        unlike = f"bearings of shaft {shaft.name!r} must be the same in x and y, seen from a turning carrier"
-        require(bool(alike), f"{unlike}; pass Bearing(radial=...), or take speed=0")
+    unlike = f"bearings of shaft {shaft.name!r} must be the same in x and y, seen from a turning carrier"
+    alike = all(is_isotropic(bearing.stiffness) for bearing in shaft.bearings.values())
+    require(alike, f"{unlike}; pass Bearing(radial=...), or take speed=0")
 
 
 def linear_assembly(mbs, phase: float | None) -> LinearSystem:

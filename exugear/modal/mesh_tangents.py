@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from math import gcd
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,8 @@ from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import DIFFERENCE_STEPS, ContactCopy, Records, records_of, stored_contact
 from exugear.multibody.integrator_steps import contact_state
 
-#: Number of phases over which stiffness is averaged.
-PHASES = 48
+#: Number of phases in a pitch over which stiffness is averaged, and of pitches for which there are so many at most.
+PHASES, PITCHES = 48, 8
 #: The mean is taken at a mesh force smaller by this share, so that differences do not leave a map that ends there.
 MARGIN = 1e-4
 #: Share of a map's largest force below which a mesh force is rounding: no teeth are pressed.
@@ -105,12 +106,26 @@ def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTang
             moved = float(records_of(mbs, number)[1].phase) + phase
             row = _tangent(contact_at_fixed_phase(mbs, number, moved), q, by_wheel, force).row
             return force, _tangent(contact_of(mbs, number, phase=moved), q, by_wheel, force)._replace(row=row)
-        contacts = [contact_at_fixed_phase(mbs, number, i / PHASES) for i in range(PHASES)]
+        phases = averaged_phases(int(present.records[0].head.pitches))
+        contacts = [contact_at_fixed_phase(mbs, number, x) for x in phases]
         tangents = [_tangent(contact, q, by_wheel, (1 - MARGIN) * force) for contact in contacts]
     except ValueError:
         raise ValueError(BEYOND) from None
     row, matrix, stiffness, damping = (np.mean(values, axis=0) for values in zip(*tangents, strict=True))
     return force, MeshTangent(row, matrix, float(stiffness), float(damping))
+
+
+def averaged_phases(pitches: int, in_pitch: int = PHASES) -> np.ndarray:
+    """(n,) phases evenly spaced over the pitches of a law; each of many pitches has some of the phases alone.
+
+    Their number then has no common divisor with that of the pitches, so that all lie at different shares of a pitch.
+
+    in_pitch   number of phases in a pitch
+    """
+    number = in_pitch * min(pitches, PITCHES)
+    while pitches > PITCHES and gcd(number, pitches) > 1:
+        number += 1
+    return np.arange(number) * pitches / number
 
 
 def contact_at_fixed_phase(mbs, number: int, phase: float) -> Contact:

@@ -51,18 +51,21 @@ def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
 def kinds_of_modes(model: Model, modes: Eigenmodes) -> dict[str, tuple]:
     """Kind of each mode of planetary sets as a variable over `mode`; empty without planets.
 
-    By the kinetic energy of the shafts that are no planets: in their translations and in their spins.
+    By the kinetic energy of the shafts that are no planets: in the plane and in tilts, and in spins and along z. Spins
+    go with motion along the axes, translations with tilts (T. Eritenel, R. G. Parker, J. Sound Vib. 325, 2009).
     """
     box, (total, moved, turned) = model.gearbox, np.zeros((3, modes.omega.size))
     if not box.planets:
         return {}
     for shaft in box.shafts:
-        spin, kind = model.spins[shaft.name], model.plan.shafts[shaft.name]
-        turning = box.body_inertias[shaft.name] * np.abs(modes.shapes[spin]) ** 2
-        moving = shaft.mass * (np.abs(modes.shapes[spin - kind.spin_index : spin]) ** 2).sum(axis=0)
-        total += turning + moving
+        inertias = np.array([shaft.mass] * 3 + [shaft.transverse] * 2 + [box.body_inertias[shaft.name]])
+        energies, components = np.zeros((6, modes.omega.size)), model.plan.shafts[shaft.name].components
+        last = model.spins[shaft.name] + 1
+        energies[components] = np.abs(modes.shapes[last - len(components) : last]) ** 2
+        energies *= inertias[:, None]
+        total += energies.sum(axis=0)
         if shaft.name not in box.planets:
-            moved, turned = moved + moving, turned + turning
+            moved, turned = moved + energies[[0, 1, 3, 4]].sum(axis=0), turned + energies[[2, 5]].sum(axis=0)
     moves, turns = moved > STANDS * total, turned > STANDS * total
     kinds = np.select([moves & turns, moves, turns], ["mixed", "translational", "rotational"], "planet")
     about = {"units": "", "long_name": "kind of the mode, by the motion of sun, ring and carrier"}

@@ -45,7 +45,8 @@ def modes(
     loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]; other shafts
             are free
     phase   share of a pitch by which every mesh is moved on from the phase in which it was built; None: the mean of the
-            tangent stiffness over the mesh cycle, at the mesh force of the equilibrium
+            tangent stiffness over the mesh cycle, of a law over several pitches over these, at the mesh force of the
+            equilibrium
     drive   "held": the driving shaft, or the rotor behind its coupling, is fixed, as a run prescribes its speed;
             "free": it may turn
 
@@ -65,7 +66,8 @@ def modes(
                     [kg^0.5/s^2], with imaginary part. An error of amplitude e at the frequency of a mode gives it the
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape
     kind            of a gearbox with planetary sets, by what moves beside the planets: "rotational" where sun, ring and
-                    carrier turn, "translational" where they move in the plane, "planet" where they stand, else "mixed"
+                    carrier turn or move along their axes, "translational" where they move in the plane or tilt,
+                    "planet" where they stand, else "mixed"
     mesh_stiffness  k, and mesh_force under the load, by stage: both are 0 where a mesh is idle, its teeth open. The
                     attribute idle_stages names such stages
 
@@ -73,7 +75,8 @@ def modes(
 
     Sources: G. Genta, Dynamics of rotating systems (2005), for gyroscopic modes; A. Kahraman, Planetary gear train
     dynamics, J. Mech. Des. 116 (1994), for the error as a displacement in series with the mesh spring; J. Lin and R. G.
-    Parker, J. Vib. Acoust. 121 (1999), for the kinds of modes of a set. The state of the system is restored afterwards.
+    Parker, J. Vib. Acoust. 121 (1999), for the kinds of modes of a set, T. Eritenel and R. G. Parker, J. Sound Vib. 325
+    (2009), of one in space. The state of the system is restored afterwards.
 
     Raises ValueError without a load, where no mesh carries load, and for loads beyond the maps.
     """

@@ -20,7 +20,7 @@ from exugear.contact.reference_configuration import (
     spatial_row,
 )
 from exugear.contact.rotation import SPIN
-from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.gearbox import Gearbox, anchors_of
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
@@ -68,7 +68,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     }
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
     mbs.variables[REST] = imposed_motion(*AT_REST)
-    pins = tuple(_add_pin(mbs, gearbox, name, bodies) for name in gearbox.planets_on_pins)
+    pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
         add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
     for shaft in gearbox.shafts:
@@ -117,9 +117,13 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     sections = {shaft.name: shaft for shaft in gearbox.shafts if shaft.sections}
     altered = [name for name, elastic in scene.elastic.items() if elastic.shaft != sections.get(name)]
     require(not altered, f"plan is for shafts {altered} with other sections or parts; pass exugear.plan(gearbox)")
-    same = not gearbox.planets or dict(scene.shafts) == dict(suitable.shafts)
-    unreduced = "plan gives shafts of a planetary set other coordinates than they need, which is not built yet"
-    require(same, f"{unreduced}; pass exugear.plan(gearbox)")
+    on_joints = bool(gearbox.planets) and Coordinates.JOINT in scene.shafts.values()
+    unreduced = "plan gives shafts of a planetary set ideal revolute joints, on which planets cannot orbit"
+    require(not on_joints, f"{unreduced}; pass exugear.plan(gearbox), or exugear.plan(gearbox).with_bodies()")
+    for name in gearbox.planets_on_pins:
+        planet, carrier = scene.shafts[name], scene.shafts[gearbox.planets[name].name]
+        unlike = f"plan lets planet {name!r} and its carrier move by {planet.value} and {carrier.value}"
+        require(carrier in (planet, Coordinates.SPIN), f"{unlike}; pass exugear.plan(gearbox)")
     return scene
 
 
@@ -247,6 +251,8 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         inertia=RigidBodyInertia(mass=shaft.mass, inertiaTensor=np.diag([shaft.transverse] * 2 + [shaft.body_inertia])),
         nodeType=exu.NodeType.RotationRxyz,
     )
+    if shaft.name in gearbox.planets:
+        return body
     if coordinates is Coordinates.JOINT:
         axis = list(shaft.offset.axis)
         mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
@@ -255,12 +261,10 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
     return body
 
 
-def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int]) -> Pin:
-    """Add the pin of a planet by its name."""
-    carrier = gearbox.planets[name]
-    planet = next(shaft for shaft in gearbox.shafts if shaft.name == name)
-    centre, on_pin = (np.array(pose(gearbox, shaft)[:2]) for shaft in (carrier, planet))
-    pin = pin_of(planet, carrier, on_pin - centre)
+def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int], coordinates: Coordinates) -> Pin:
+    """Add the pin of a planet by its name, with the planet's coordinates."""
+    carrier, planet = gearbox.planets[name], gearbox.ends[name]
+    pin = pin_of(planet, carrier, (pose(gearbox, planet), pose(gearbox, carrier)), coordinates.spin_index)
     add_pin(mbs, (node_of(mbs, bodies[carrier.name]), node_of(mbs, bodies[name])), pin)
     return pin
 
@@ -323,7 +327,7 @@ def add_drives_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -
     """
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
     drives = []
-    for number, name in reversed([*enumerate(gearbox.anchors([gearbox.driving.name]), start=1)]):
+    for number, name in reversed([*enumerate(anchors_of(gearbox, [gearbox.driving.name]), start=1)]):
         markers = [fixed, end_markers[name]]
         drive = eii.CoordinateConstraint(name="drive" if number == 1 else f"drive {number}", markerNumbers=markers)
         drives.append(mbs.AddObject(drive))

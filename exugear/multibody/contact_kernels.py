@@ -23,7 +23,7 @@ from exugear.contact.friction import friction_at, friction_in_space, friction_of
 from exugear.contact.recorder import recorded_components, sample_of, write
 from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
 from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
-from exugear.contact.vectors import row_dot, row_total
+from exugear.contact.vectors import cross, dot, row_dot, row_total
 from exugear.mesh_force.patches import table_at
 from exugear.multibody.imposed_motion import Spin, in_carrier, spin_of, torque_on, with_spin
 from exugear.multibody.integrator_steps import (
@@ -110,13 +110,29 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
         by_shift = geometry.pinion[0] * v_1[0] + geometry.pinion[1] * v_1[1]
         by_shift = by_shift + geometry.wheel[0] * v_2[0] + geometry.wheel[1] * v_2[1]
         by_carrier = (geometry.pinion[5] + geometry.wheel[5]) * carrier_speed - by_shift
-    by_bearings = 0.0
+    imposed_rate, by_bearings = by_pinion + by_wheel - by_carrier, 0.0
     if steps.predicts != 0.0:
+        imposed_rate += steps.duration * rate_by_orbit(geometry, v_1, v_2)
         by_bearings = row_dot(steps.by_displacement[0], q_1) + row_dot(steps.by_displacement[1], q_2)
         by_bearings = by_bearings + row_dot(steps.by_velocity[0], v_1) + row_dot(steps.by_velocity[1], v_2)
     lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
     held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
-    return Beside(by_pinion + by_wheel - by_carrier, by_bearings, lag_rate, held)
+    return Beside(imposed_rate, by_bearings, lag_rate, held)
+
+
+@compiled
+def rate_by_orbit(geometry, v_1, v_2):
+    """Change of the rate of the advance [m/s^2] as the line of centres turns, at velocities (6) of the bodies.
+
+    The first guess of a step takes any change of the rate for that by accelerations. Of planets that orbit this part is
+    large: without it Newton's iteration takes 1.3 calls in a step instead of 1.0.
+    """
+    position, row_1, row_2 = geometry.position, geometry.pinion, geometry.wheel
+    u_x, u_y, u_z = v_2[0] - v_1[0], v_2[1] - v_1[1], v_2[2] - v_1[2]
+    turning = dot(position.e_t, (u_x, u_y, u_z)) / position.distance
+    across_1 = cross(position.pinion.z, (row_1[0], row_1[1], row_1[2]))
+    across_2 = cross(position.pinion.z, (row_2[0], row_2[1], row_2[2]))
+    return turning * (dot(across_1, (v_1[0], v_1[1], v_1[2])) + dot(across_2, (v_2[0], v_2[1], v_2[2])))
 
 
 @compiled

@@ -23,7 +23,14 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
-from exugear.multibody.model import Model, further_loads, further_objects, hold_members, is_first
+from exugear.multibody.model import (
+    Model,
+    by_shaft,
+    further_loads,
+    further_objects,
+    hold_members,
+    is_first,
+)
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
@@ -98,7 +105,7 @@ class DriveAndLoad:
     def hold(self) -> None:
         """Let the constraints hold the anchors at rest at their angles at the start, for the static equilibrium."""
         model, conditions = self.model, self.conditions
-        angles = model.of_shaft(conditions.initial_angles)
+        angles = by_shaft(model, conditions.initial_angles)
         ground = model.mbs.GetObjectParameter(model.drive, "markerNumbers")[0]
         for drive, name in zip(model.drives, conditions.anchors, strict=True):
             markers = [ground, model.end_markers[name]]

@@ -10,20 +10,24 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import radial_points
+from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
+from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
 from exugear.multibody.exudyn_objects import INITIAL, node_of
 from exugear.multibody.guarded_solves import exudyn_settings
 from exugear.multibody.model import (
     Mesh,
     Model,
-    centre_of,
+    by_shaft,
     end_coordinate,
     gear_spin,
     held_by_joints,
     matrices_without_meshes,
+    motion_of,
+    moving_of,
 )
 from exugear.multibody.planet_pins import Pin
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
@@ -43,6 +47,8 @@ NO_EQUILIBRIUM = (
 NOT_CARRIED = "turn or pair the bearings so that they press against the load, or load the other flanks"
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
+#: Angular frequency of a planet that carries nothing on the spring that makes static solves regular [rad/s].
+WEAK_OMEGA = 1.0
 #: Iterations for the phases of meshes, and their tolerance [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
@@ -70,7 +76,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
     """
     accelerations, system = conditions.initial_accelerations, model.mbs.systemData
-    speeds = model.of_shaft(conditions.initial_speeds)
+    speeds = by_shaft(model, conditions.initial_speeds)
     considered = accelerations if _inertia_matters(model, conditions) else 0.0 * accelerations
     try:
         q = _loaded_coordinates(model, conditions, considered)
@@ -80,38 +86,27 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered.any() else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        torques = _torques_at_start(model, conditions, model.motion_of(considered))
+        unloaded: list[str] = []
         if model.gearbox.planets:
-            q = _shared_among_planets(model, q, conditions, torques)
-        with _softened_by_rotation(model, speeds):
+            torques = _torques_at_start(model, conditions, motion_of(model, considered))
+            q, unloaded = _shared_among_planets(model, q, conditions, torques)
+            q = turned_with_carriers(model, q)
+        torques = _torques_at_start(model, conditions, rigid_motion(model, q, considered))
+        torques = {i: x for i, x in torques.items() if i not in [model.spins[name] for name in unloaded]}
+        with _softened_by_rotation(model, speeds), _held_between_teeth(model, q, unloaded):
             q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speeds))
-    velocities = model.motion_of(conditions.initial_speeds)
+    velocities = rigid_motion(model, q, conditions.initial_speeds)
     system.SetODE2Coordinates(q, INITIAL)
-    system.SetODE2Coordinates_t(velocities + _turned(model, q, speeds), INITIAL)
-    centripetal = -_turned(model, velocities + _turned(model, q, speeds), speeds)
-    system.SetODE2Coordinates_tt(model.motion_of(accelerations) + centripetal, INITIAL)
-
-
-def _turned(model: Model, displacements: np.ndarray, speeds: Mapping[str, float]) -> np.ndarray:
-    """(n_coordinates,) velocities of displacements that turn with the carrier, at speeds of the shafts by name.
-
-    They are those of the members of sets whose planets move in the plane, 0 for all other coordinates.
-    """
-    velocities, box = np.zeros(displacements.size), model.gearbox
-    for stage in box.stages:
-        if stage.carrier and stage.carrier.name in box.carriers_of_pins:
-            for shaft in stage.shafts:
-                if model.scene.shafts[shaft.name].on_bearings:
-                    x, y = displacements[centre_of(model, shaft.name)]
-                    velocities[centre_of(model, shaft.name)] = speeds[stage.carrier.name] * np.array([-y, x])
-    return velocities
+    system.SetODE2Coordinates_t(velocities, INITIAL)
+    centripetal = velocities_by_turning(model, velocities, speeds)
+    system.SetODE2Coordinates_tt(rigid_motion(model, q, accelerations) + centripetal, INITIAL)
 
 
 def _inertia_matters(model: Model, conditions: Conditions) -> bool:
     """Whether inertia loads a mesh by more than a static solve can resolve."""
     box, accelerations = model.gearbox, conditions.initial_accelerations
-    anchors = box.anchors(box.independent)
-    forces = np.abs(box.forces_of_motion(np.zeros(len(box.shafts)), accelerations, anchors))
+    anchors = anchors_of(box, box.independent)
+    forces = np.abs(forces_of_motion(box, np.zeros(len(box.shafts)), accelerations, anchors))
     return any(
         f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
     )
@@ -128,9 +123,9 @@ def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.
         conditions.initial_torques,
         conditions.initial_drags,
     )
-    by_name = model.of_shaft(accelerations)
-    forces = box.forces_of_motion(torques + drags, accelerations, anchors)
-    rigid = model.motion_of(conditions.initial_angles)
+    by_name = by_shaft(model, accelerations)
+    forces = forces_of_motion(box, torques + drags, accelerations, anchors)
+    rigid = motion_of(model, conditions.initial_angles)
     q = _displaced_on_bearings(model, forces) + rigid
     on_rotors = {end.body: conditions.initial_torque(end) for end in conditions.ends}
     for shaft in box.shafts:
@@ -158,15 +153,16 @@ def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.
 
 def _shared_among_planets(
     model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]
-) -> np.ndarray:
+) -> tuple[np.ndarray, list[str]]:
     """Coordinates in linear equilibrium near q: displaced pins shift load, which equal mesh forces leave out.
 
     torques   inertia torques and drags [N m] on spins, by their indices
 
-    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again.
+    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Also returns
+    the names of planets that carry nothing, each turned to the middle between the gears that it meshes with.
     """
     box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
-    forces = box.forces_of_motion(conditions.initial_torques, 0.0, conditions.anchors)
+    forces = forces_of_motion(box, conditions.initial_torques, 0.0, conditions.anchors)
     contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
     touches, secants = np.array(contacts).T
     sides = np.sign(forces)
@@ -188,9 +184,56 @@ def _shared_among_planets(
         loaded[free] += np.linalg.lstsq(total[np.ix_(free, free)], residual[free])[0]
         pulling = pressed & (sides * (reference + rows @ loaded) < 0)
         if not pulling.any():
-            return loaded
+            q = loaded
+            break
         pressed &= ~pulling
-    return q
+    relieved = (forces != 0) & ~pressed
+    unloaded = [name for name in box.planets if relieved[_meshes_of(model, name)].all()]
+    for name in unloaded:
+        spin, of_planet = model.spins[name], rows[_meshes_of(model, name)]
+        advances = reference[_meshes_of(model, name)] + of_planet @ q
+        q[spin] -= of_planet[:, spin] @ advances / (of_planet[:, spin] @ of_planet[:, spin])
+    return q, unloaded
+
+
+def _meshes_of(model: Model, name: str) -> list[int]:
+    """Numbers of the meshes of a shaft, by its name."""
+    return [i for i, mesh in enumerate(model.meshes) if name in (mesh.stage.fast.name, mesh.stage.slow.name)]
+
+
+@contextmanager
+def _held_between_teeth(model: Model, q: np.ndarray, planets: Sequence[str]) -> Iterator[None]:
+    """Hold the spins of planets that carry nothing at q by weak springs: a static solve needs a regular matrix.
+
+    Nothing else acts on them: their inertia torques press teeth only once these have crossed their gaps.
+    """
+    with _added(model, [_weak_spring(model, name, float(q[model.spins[name]])) for name in planets]):
+        yield
+
+
+def _weak_spring(model: Model, name: str, angle: float) -> eii.ObjectGenericODE2:
+    """A spring at the spin of a planet, whose torque vanishes at an angle [rad]."""
+    n = len(model.scene.shafts[name].components)
+    matrix, torque = np.zeros((n, n)), np.zeros(n)
+    matrix[-1, -1] = WEAK_OMEGA**2 * model.gearbox.body_inertias[name]
+    torque[-1] = matrix[-1, -1] * angle
+    node = node_of(model.mbs, model.bodies[name])
+    return eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix, forceVector=torque)
+
+
+@contextmanager
+def _added(model: Model, items: Sequence[eii.ObjectGenericODE2]) -> Iterator[None]:
+    """Add items to the system for a while."""
+    mbs, numbers = model.mbs, [model.mbs.AddObject(item) for item in items]
+    try:
+        if numbers:
+            mbs.Assemble()
+        yield
+    finally:
+        for number in reversed(numbers):
+            mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
+        if numbers:
+            mbs.Assemble()
 
 
 def _secant(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> tuple[float, float]:
@@ -265,7 +308,7 @@ def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
 def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
     """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
 
-    Also the inertia forces [N] of planets on pins, by the indices of their centres.
+    Also the inertia forces [N] and moments [N m] of planets on pins, by the indices of their coordinates.
 
     A static solve, without velocities, leaves them out.
     """
@@ -277,51 +320,55 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
             index = model.rotor_spins[rotor.name]
             torques[index] = -rotor.coupling.inertia * accelerations[index]
     for pin in model.pins:
-        centre = centre_of(model, pin.planet.name)
-        torques |= dict(enumerate(-pin.planet.mass * accelerations[centre], start=centre.start))
+        moving, planet = moving_of(model, pin.planet.name), pin.planet
+        masses = np.array([planet.mass] * 3 + [planet.transverse] * 2)[: pin.recorder.components]
+        torques |= dict(enumerate(-masses * accelerations[moving], start=moving.start))
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 
 def _with_centrifugal_forces(
     model: Model, torques: Mapping[int, float], speeds: Mapping[str, float]
 ) -> dict[int, float]:
-    """Torques with the centrifugal forces m W^2 rho [N] of planets on pins at speeds of the shafts by name [rad/s]."""
+    """Torques with the centrifugal forces [N] of planets on pins at speeds of the shafts by name [rad/s].
+
+    Also their gyroscopic moments [N m] where their pins are tilted (`_stiffness_by_rotation`).
+    """
     total = dict(torques)
     for pin in model.pins:
-        force = _softening(pin, speeds) * np.asarray(pin.position[:2])
-        for index, value in enumerate(force.tolist(), start=centre_of(model, pin.planet.name).start):
+        forces = -_stiffness_by_rotation(pin, speeds) * pin.arm
+        for index, value in enumerate(forces.tolist(), start=moving_of(model, pin.planet.name).start):
             total[index] = total.get(index, 0.0) + value
     return total
 
 
-def _softening(pin: Pin, speeds: Mapping[str, float]) -> float:
-    """Centrifugal stiffness m W^2 [N/m] of a planet on a pin at speeds of the shafts by name [rad/s]."""
-    omega = speeds[pin.carrier.name]
-    softening = pin.planet.mass * omega**2
-    fast = f"planet {pin.planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
-    require(softening < 0.5 * float(pin.bearing.stiffness[0, 0]), f"{fast}; take a stiffer pin, or a lower speed")
-    return softening
+def _stiffness_by_rotation(pin: Pin, speeds: Mapping[str, float]) -> np.ndarray:
+    """(2 or 5,) stiffness of a planet's displacements [N/m] and tilts [N m/rad] that turn with the carrier.
+
+    At the speed W of the carrier and w of the planet: -m W^2 by centrifugal forces, W (J w - J_t W) by gyroscopic
+    moments.
+
+    speeds   of the shafts by name [rad/s]
+    """
+    planet, omega, spin = pin.planet, speeds[pin.carrier.name], speeds[pin.planet.name]
+    softening, gyroscopic = planet.mass * omega**2, omega * (planet.inertia * spin - planet.transverse * omega)
+    fast = f"planet {planet.name!r} flies off its pin at {abs(omega) / rpm:.4g} rpm of the carrier"
+    held = softening < 0.5 * float(pin.stiffness[0, 0]) and (
+        pin.recorder.components == 2 or -gyroscopic < 0.5 * float(pin.stiffness[3, 3])
+    )
+    require(held, f"{fast}; take a stiffer pin, or a lower speed")
+    return np.array([-softening, -softening, 0.0, gyroscopic, gyroscopic])[: pin.recorder.components]
 
 
 @contextmanager
 def _softened_by_rotation(model: Model, speeds: Mapping[str, float]) -> Iterator[None]:
-    """Give planets on pins the stiffness -m W^2 of their displacements at speeds of the shafts by name [rad/s]."""
-    mbs, objects = model.mbs, []
+    """Give planets on pins the stiffness of `_stiffness_by_rotation` at speeds of the shafts by name [rad/s]."""
+    items = []
     for pin in model.pins:
-        softening, node = _softening(pin, speeds), node_of(mbs, model.bodies[pin.planet.name])
-        matrix = np.diag([-softening, -softening, 0.0])
-        if not softening:
-            continue
-        objects.append(mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix)))
-    try:
-        if objects:
-            mbs.Assemble()
+        stiffness, node = _stiffness_by_rotation(pin, speeds), node_of(model.mbs, model.bodies[pin.planet.name])
+        if stiffness.any():
+            items.append(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=np.diag([*stiffness, 0.0])))
+    with _added(model, items):
         yield
-    finally:
-        for number in reversed(objects):
-            mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
-        if objects:
-            mbs.Assemble()
 
 
 @contextmanager

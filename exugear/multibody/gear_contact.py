@@ -15,7 +15,7 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact.contact_frame import frame_between
 from exugear.contact.recorder import Recorder
-from exugear.contact.reference_configuration import rotational_frame
+from exugear.contact.reference_configuration import is_rotated, rotational_frame
 from exugear.contact.rotation import SPIN
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
@@ -72,8 +72,8 @@ def CreateGearContact(
     force            `MeshForce`, the force law of the mesh
     localPositions   centre of each gear on its body [m]; it must lie on the gear's axis
     localAxes        direction of each gear's axis on its body
-    phase            phase of the mesh in the reference configuration, as share of a pitch. There the driving flanks
-                     just touch: deflection 0
+    phase            phase of the mesh in the reference configuration, as share of a pitch, in pitches of a law over
+                     several. There the driving flanks just touch: deflection 0
     direction        +1: the pinion drives counter-clockwise, so that its advance is a positive deflection; -1:
                      clockwise
     recorder         `Recorder` that takes samples of the contact
@@ -101,6 +101,7 @@ def CreateGearContact(
     nodes = {int(node_of(mbs, item)) for item in itemNumbers}
     require(len(nodes) == len(itemNumbers), f"itemNumbers must be bodies with a node each, got {itemNumbers}")
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
+    check_turns(frame, pair, force=force.pitches, friction=friction.pitches if friction else 1)
     records = force.table, frame, contact_state(), friction.table(pair) if friction else None
     return add_contact(mbs, name, itemNumbers, records, recorder or Recorder(), pair)
 
@@ -121,6 +122,19 @@ def check_kinds(mbs, items, force: MeshForce) -> None:
     require(len(kinds) == 2 or spins, carrier)
     fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
     require(not (spins and force.offsets), fixed)
+
+
+def check_turns(frame: np.record, pair: GearPair | RingPair, **laws: int) -> None:
+    """ValueError where a law runs over more pitches than the attitude of the pinion's body can tell apart.
+
+    laws   numbers of pitches by the argument that has them
+    """
+    z = pair.pinion.z
+    unknown = f"the turns of these bodies are not counted, only which of its {z} teeth the pinion has in mesh"
+    remedy = "take bodies on Rxyz nodes that turn about global z, or that move in the plane, or a law over one pitch"
+    for name, pitches in laws.items():
+        known = z % pitches == 0 or not is_rotated(frame)
+        require(known, f"{name} must run over a divisor of {z} pitches, got {pitches}: {unknown}; {remedy}")
 
 
 def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:

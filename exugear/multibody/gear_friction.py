@@ -19,6 +19,7 @@ from exugear.multibody.gear_contact import (
     StoredContact,
     check_friction,
     check_mesh,
+    check_turns,
     contacts_of,
     frame_of,
     user_functions,
@@ -62,6 +63,7 @@ def CreateGearFriction(
     require_same_pair(contact.pair, pair, f"that of gear contact {number}", INSTEAD)
     given = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     _check_alike(contact, given, force.table, number)
+    check_turns(frame, pair, friction=friction.pitches)
     records = table, frame, state, friction.table(contact.pair)
     kernel, nodes = kernel_of(kinds, frame, rubs=True), [node_of(mbs, item) for item in itemNumbers]
     for function, value in user_functions(mbs, nodes, kernel, records, contact.recorder).items():

@@ -132,25 +132,7 @@ class BuiltSystem:
 
         Of planets on pins also the velocity of their centres in the reference configuration [m].
         """
-        return self.motion_of(self.gearbox.nominal_ratios)
-
-    def motion_of(self, shafts: np.ndarray) -> np.ndarray:
-        """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of shafts (n_shaft,).
-
-        Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
-        """
-        motion, of_shaft = np.zeros(self.mbs.systemData.ODE2Size()), self.of_shaft(shafts)
-        for name, shaft in self.gearbox.ends.items():
-            motion[self.turning[name]] = of_shaft[shaft.name]
-        for name, built in self.elastics.items():
-            motion[[*built.spins.values()]] = of_shaft[name]
-        for pin in self.pins:
-            motion[centre_of(self, pin.planet.name)] = of_shaft[pin.carrier.name] * pin.orbit
-        return motion
-
-    def of_shaft(self, values: np.ndarray) -> dict[str, float]:
-        """Values (n_shaft,) by the names of the shafts."""
-        return dict(zip([shaft.name for shaft in self.gearbox.shafts], values.tolist(), strict=True))
+        return motion_of(self, self.gearbox.nominal_ratios)
 
     @property
     def spin_motions(self) -> dict[str, np.ndarray]:
@@ -159,7 +141,7 @@ class BuiltSystem:
         for name, spin in self.spins.items():
             motions[name][[spin, *(self.elastics[name].spins.values() if name in self.elastics else ())]] = 1.0
         for pin in self.pins:
-            motions[pin.carrier.name][centre_of(self, pin.planet.name)] = pin.orbit
+            motions[pin.carrier.name][moving_of(self, pin.planet.name)] = pin.orbit
         return motions
 
     @property
@@ -187,9 +169,30 @@ class Model(BuiltSystem):
         return f"Model of {self.gearbox!r}\n{self.plan}"
 
 
-def centre_of(model: BuiltSystem, name: str) -> slice:
-    """Indices of x and y of a body that moves in the plane, by the name of its shaft."""
-    return slice(model.spins[name] - 2, model.spins[name])
+def motion_of(model: BuiltSystem, shafts: np.ndarray) -> np.ndarray:
+    """(n_coordinates,) speeds, accelerations or small angles of all coordinates from those of the shafts (n_shaft,).
+
+    Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
+    """
+    motion, by_name = np.zeros(model.mbs.systemData.ODE2Size()), by_shaft(model, shafts)
+    for name, shaft in model.gearbox.ends.items():
+        motion[model.turning[name]] = by_name[shaft.name]
+    for name, built in model.elastics.items():
+        motion[[*built.spins.values()]] = by_name[name]
+    for pin in model.pins:
+        motion[moving_of(model, pin.planet.name)] = by_name[pin.carrier.name] * pin.orbit
+    return motion
+
+
+def by_shaft(model: BuiltSystem, values: np.ndarray) -> dict[str, float]:
+    """Values (n_shaft,) by the names of the shafts."""
+    return dict(zip([shaft.name for shaft in model.gearbox.shafts], values.tolist(), strict=True))
+
+
+def moving_of(model: BuiltSystem, name: str) -> slice:
+    """Indices of the displacements and tilts of a body, all but its spin, by the name of its shaft."""
+    spin = model.spins[name]
+    return slice(spin - model.scene.shafts[name].spin_index, spin)
 
 
 def require_model(model) -> None:

@@ -1,11 +1,17 @@
-"""Planets on elastic pins: bodies that move in the plane, each tied to a point of its carrier, whose turns they follow.
+"""Planets on elastic pins: bodies tied to a point and an axis of their carrier, whose turns they follow.
 
-The pin stands at rho from the carrier's centre c and turns with it: d = p - c - R(theta) rho is its deflection, p the
-planet's centre. The spring has the energy k d^2 / 2; the damper acts by the rate in the carrier's frame,
-w = d' - theta' J d with J = [[0, -1], [1, 0]], so that a deflection that turns with the carrier dissipates nothing.
-Forces follow by virtual work, and their moments balance.
+The pin stands at rho from the carrier's centre, points along n, and both turn with the carrier. With the planet's
+centre p and axis z, d = p - c - rho is its deflection and z_n = z - (z . n) n its tilt; d_n = (d . n) n is axial,
+d_r = d - d_n radial. The bearing is the same in all directions about n and has the energy
+
+    U = k_r d_r^2 / 2 + k_a d_n^2 / 2 + k_t z_n^2 / 2 + k_c d_r . z_n,
+
+about the planet's centre of mass. The damper acts by the rates in the carrier's frame, w = (p - c)' - omega x (p - c)
+and u = z' - omega x z, so that a deflection that turns with the carrier dissipates nothing. Forces follow by virtual
+work, and their moments balance. In the plane z and n do not move, and d_r is all that is left.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from math import cos, sin
@@ -14,8 +20,10 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.contact.recorder import HEADER, SAME, header_at, sample_of, store
-from exugear.gearbox.bearing import Bearing
+from exugear.contact.recorder import SAME, sample_of, store
+from exugear.contact.rotation import RXYZ, angular_velocity, by_angles, moments, times, transposed
+from exugear.contact.vectors import cross, dot, scaled, total
+from exugear.gearbox.bearing import Bearing, is_isotropic
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, reader, record_type
 from exugear.multibody.direct_call import direct
@@ -23,39 +31,77 @@ from exugear.multibody.imposed_motion import spin_of
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
-#: Position of the pin on its carrier [m], stiffness [N/m] and damping [N s/m]. Of the carrier: a constant torque about
-#: z that acts beside the pin [N m]; inertia that the pin itself accelerates as imposed [kg m^2]; address of the imposed
-#: motion (`exugear.multibody.imposed_motion`), 0 without.
+#: Of the pin on its carrier: position [m], and axes (rows) along its radius, across it and along the pin, on the body
+#: of the carrier; vector from the carrier's to the planet's centre in the reference configuration [m]; tilts of both
+#: there [rad]. Radial, axial, tilting and coupling stiffness [N/m, N/m, N m/rad, N/rad] and damping, as often times s.
+#: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
+#: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without.
 PIN = record_type(
-    *((name, "f8") for name in ("x", "y", "stiffness", "damping", "torque", "inertia")),
-    ("imposed", "i8"),
+    *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
+    *(("carrier_tilts", "f8", 2), ("planet_tilts", "f8", 2), ("stiffness", "f8", 4), ("damping", "f8", 4)),
+    *(("torque", "f8"), ("inertia", "f8"), ("imposed", "i8")),
 )
 pin_at = reader(PIN)
-#: Along and across the pin's radius, in the carrier's frame: deflection [m], its rate [m/s]; spin [rad] and speed
-#: [rad/s] of the carrier. Displacement [m] and velocity [m/s] of the carrier's centre along x and y.
-PIN_NAMES = "radial", "tangential", "radial_rate", "tangential_rate", "spin", "speed"
-CENTRE_NAMES = "x", "y", "v_x", "v_y"
-#: Relative difference of stiffnesses that is rounding.
-ROUNDING = 1e-9
+#: Deflection along and across the pin's radius, along the pin, and tilts about the first two, in the carrier's frame
+#: [m, rad]; displacement and tilts of the carrier [m, rad].
+DEFLECTION = "radial", "tangential", "axial", "tilt_radial", "tilt_tangential"
+CENTRE = "x", "y", "z", "tilt_x", "tilt_y"
+#: Spin [rad] and speed [rad/s] of the carrier, torque of the pin on that spin [N m].
+CARRIER_NAMES = "spin", "speed", "torque"
+#: Rates have this behind the name; velocities of the planet against the ground this before it.
+RATE, PLANET = "_rate", "planet_"
+#: Header of a recorder, whose first fields are those of `exugear.contact.recorder.HEADER`; addresses of the samples.
+PIN_HEADER = record_type(
+    *(("interval", "f8"), ("tolerance", "f8"), ("number", "i8"), ("first", "i8"), ("samples", "i8", 30)),
+)
+pin_header_at = reader(PIN_HEADER)
+
+
+def names_of_samples(components: int) -> tuple[str, ...]:
+    """Names of what is recorded of a pin, in order; components: 2 of a planet in the plane, 5 of a planet in space."""
+    deflection, centre = DEFLECTION[:components], CENTRE[:components]
+    rates = [f"{name}{RATE}" for name in (*deflection, *centre)]
+    velocities = [f"{PLANET}{name}{RATE}" for name in centre]
+    tilt = [f"{PLANET}tilt_y"] * (components > 2)
+    return (*deflection, *rates[:components], *CARRIER_NAMES, *centre, *rates[components:], *velocities, *tilt)
 
 
 @dataclass(frozen=True, eq=False)
 class PinRecorder:
-    """Samples of a pin at t = 0, interval, ..., as `exugear.Recorder` samples a contact."""
+    """Samples of a pin at t = 0, interval, ..., as `exugear.Recorder` samples a contact.
 
-    header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
+    components   of the motion: 2 in the plane, 5 in space
+    """
+
+    components: int
+    header: np.record = field(default_factory=lambda: np.zeros(1, PIN_HEADER)[0], init=False, repr=False)
     samples: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
 
     def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:
         """Allocate a number of samples, 0 until written; arguments as those of `exugear.Recorder.start`."""
-        self.samples.update({name: np.zeros(number) for name in (*PIN_NAMES, *CENTRE_NAMES)})
+        names = names_of_samples(self.components)
+        self.samples.update({name: np.zeros(number) for name in names})
         self.header.interval, self.header.tolerance = interval, SAME / steps
         self.header.number, self.header.first = number, first
-        self.header.samples[: len(PIN_NAMES)] = [self.samples[name].ctypes.data for name in PIN_NAMES]
-        self.header.powers[: len(CENTRE_NAMES)] = [self.samples[name].ctypes.data for name in CENTRE_NAMES]
+        self.header.samples[: len(names)] = [self.samples[name].ctypes.data for name in names]
 
-    def columns(self, *names: str, number: int) -> np.ndarray:
-        """(number, n_name) first samples of quantities."""
+    def deflection(self, number: int, rate: bool = False) -> np.ndarray:
+        """(number, components) first samples of the planet's deflection from its pin, or of its rates.
+
+        Both as the carrier sees them, along and across the pin's radius and along the pin.
+        """
+        return self._columns(DEFLECTION, "", RATE * rate, number)
+
+    def centre(self, number: int, rate: bool = False) -> np.ndarray:
+        """(number, components) first samples of the carrier's displacement and tilts, or of their rates."""
+        return self._columns(CENTRE, "", RATE * rate, number)
+
+    def velocity(self, number: int) -> np.ndarray:
+        """(number, components) first samples of the planet's rates against the ground."""
+        return self._columns(CENTRE, PLANET, RATE, number)
+
+    def _columns(self, names, before: str, behind: str, number: int) -> np.ndarray:
+        names = [f"{before}{name}{behind}" for name in names[: self.components]]
         return np.column_stack([self.samples[name][:number] for name in names])
 
 
@@ -64,8 +110,8 @@ class Pin:
     """The pin of a planet in a built system.
 
     planet, carrier   their shafts
-    position          (2,) of the pin from the carrier's centre in the reference configuration [m]
-    bearing           of the pin
+    position          (3,) of the planet from the carrier's centre in the reference configuration [m]
+    stiffness         (6, 6) of its bearings about the planet's centre of mass
     record            `PIN`, which a run changes
     recorder          samples
     """
@@ -73,104 +119,225 @@ class Pin:
     planet: Shaft
     carrier: Shaft
     position: np.ndarray
-    bearing: Bearing
+    stiffness: np.ndarray
     record: np.record
     recorder: PinRecorder
 
     @property
+    def arm(self) -> np.ndarray:
+        """(2 or 5,) position [m] and tilts [rad] of the planet's centre against the carrier's, as the planet moves."""
+        tilts = self.record.planet_tilts - self.record.carrier_tilts
+        return np.r_[self.position, tilts][: self.recorder.components]
+
+    @property
     def orbit(self) -> np.ndarray:
-        """(2,) displacement of the planet's centre per small angle of the carrier [m/rad]."""
-        return np.array([-self.position[1], self.position[0]])
+        """(2 or 5,) displacement and tilts of the planet's centre per small angle of the carrier [m/rad]."""
+        x, y, z = np.cross(self.carrier.offset.axis, self.position)
+        a, b = self.record.planet_tilts - self.record.carrier_tilts
+        return np.array([x, y, z, -b, a])[: self.recorder.components]
 
 
-def pin_of(planet: Shaft, carrier: Shaft, position: np.ndarray) -> Pin:
-    """The pin of a planet; ValueError for bearings that are not the same in all directions."""
-    bearing, *further = planet.bearings.values()
-    if not isinstance(bearing, Bearing):
-        raise ValueError(f"the pin of {planet.name!r} must be a Bearing(radial=...), got a {type(bearing).__name__}")
-    k = bearing.stiffness
-    alike = not further and bearing.linear and abs(k[0, 0] - k[1, 1]) <= ROUNDING * k[0, 0] and not k[0, 1]
+def pin_of(planet: Shaft, carrier: Shaft, poses, components: int) -> Pin:
+    """The pin of a planet; ValueError for bearings that are not the same in all directions.
+
+    poses        reference coordinates (6) of planet and carrier
+    components   of the planet's motion beside its spin: 2 or 5
+    """
+    stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    for axial, bearing in planet.bearings.items():
+        if not isinstance(bearing, Bearing):
+            kind = f"the pin of {planet.name!r} must be a Bearing(radial=...), got a {type(bearing).__name__}"
+            raise ValueError(kind)
+        k = bearing.at(axial - planet.centre)
+        stiffness, damping = stiffness + k, damping + bearing.damping_time * k
+    alike = all(bearing.linear for bearing in planet.bearings.values()) and is_isotropic(stiffness)
     turning = f"the pin of {planet.name!r} turns with the carrier: its bearing must be linear and the same in all"
     require(alike, f"{turning} directions; pass Bearing(radial=..., axial=..., tilt=...)")
-    position, stiffness = np.asarray(position, float), float(k[0, 0])
-    damping = bearing.damping_time * stiffness
-    record = np.zeros(1, PIN)[0]
-    record.x, record.y, record.stiffness, record.damping = *position, stiffness, damping
-    return Pin(planet, carrier, position, bearing, record, PinRecorder())
+    on_planet, on_carrier = np.asarray(poses, float)
+    between, record = on_planet[:3] - on_carrier[:3], np.zeros(1, PIN)[0]
+    into = np.transpose(by_angles((*on_carrier[3:5], 0.0, 0.0)))
+    axis = into @ np.array(by_angles((*on_planet[3:5], 0.0, 0.0)))[:, 2]
+    record.position = into @ between
+    radius = record.position - (record.position @ axis) * axis
+    radius /= np.linalg.norm(radius)
+    record.axes, record.between = [radius, np.cross(axis, radius), axis], between
+    record.planet_tilts, record.carrier_tilts = on_planet[3:5], on_carrier[3:5]
+    record.stiffness, record.damping = ([k[0, 0], k[2, 2], k[3, 3], k[0, 4]] for k in (stiffness, damping))
+    return Pin(planet, carrier, between, stiffness, record, PinRecorder(components))
 
 
 @compiled
 def pin_forces(pin, t, recorder, carrier, planet):
-    """Forces (3) on the carrier and (3) on the planet; coordinates (3) and their rates (3) of each."""
+    """Forces (3) on the carrier and (3) on the planet in the plane; coordinates (3) and their rates (3) of each."""
     (c_x, c_y, angle), (vc_x, vc_y, omega) = carrier
     spin = spin_of(pin.imposed, t, angle, omega)
     angle, omega = spin.angle, spin.speed
     (p_x, p_y, _), (vp_x, vp_y, _) = planet
-    s, c = sin(angle), cos(angle)
-    rho_x, rho_y = c * pin.x - s * pin.y, s * pin.x + c * pin.y
-    d_x, d_y = p_x - c_x + (pin.x - rho_x), p_y - c_y + (pin.y - rho_y)
+    s, c, x, y = sin(angle), cos(angle), pin.position[0], pin.position[1]
+    rho_x, rho_y = c * x - s * y, s * x + c * y
+    d_x, d_y = p_x - c_x + (x - rho_x), p_y - c_y + (y - rho_y)
     arm_x, arm_y = rho_x + d_x, rho_y + d_y
     w_x, w_y = vp_x - vc_x + omega * arm_y, vp_y - vc_y - omega * arm_x
-    e_x, e_y = pin.stiffness * d_x, pin.stiffness * d_y
-    f_x, f_y = pin.damping * w_x, pin.damping * w_y
-    moment = rho_x * e_y - rho_y * e_x + arm_x * f_y - arm_y * f_x
+    e_x, e_y = pin.stiffness[0] * d_x, pin.stiffness[0] * d_y
+    f_x, f_y = pin.damping[0] * w_x, pin.damping[0] * w_y
+    torque = rho_x * e_y - rho_y * e_x + arm_x * f_y - arm_y * f_x
     k = sample_of(recorder, t)
     if k >= 0:
-        r = (pin.x * pin.x + pin.y * pin.y) ** 0.5
+        r = (x * x + y * y) ** 0.5
         u_x, u_y = rho_x / r, rho_y / r
         deflections = d_x * u_x + d_y * u_y, d_y * u_x - d_x * u_y
         rates = w_x * u_x + w_y * u_y, w_y * u_x - w_x * u_y
-        store(header_at(recorder).samples, k, (*deflections, *rates, angle, omega))
-        store(header_at(recorder).powers, k, (c_x, c_y, vc_x, vc_y))
-    on_spin = moment + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
+        motion = angle, omega, torque, c_x, c_y, vc_x, vc_y, vp_x, vp_y
+        store(pin_header_at(recorder).samples, k, (*deflections, *rates, *motion))
+    on_spin = torque + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
     return (e_x + f_x, e_y + f_y, on_spin), (-e_x - f_x, -e_y - f_y, 0.0)
 
 
+@compiled
+def vector_of(row):
+    """A row (3) of a record as vector."""
+    return row[0], row[1], row[2]
+
+
+@compiled
+def less(a, b):
+    """a - b of vectors."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@compiled
+def bearing_reaction(k, d, z, n):
+    """(dU/dd, dU/dz) of the pin's energy with the stiffnesses k (4); also their dissipative likes for rates d and z.
+
+    The part of dU/dz along n, which exerts no moment, is left out.
+    """
+    axial, z_along = dot(d, n), dot(z, n)
+    d_r, z_n = less(d, scaled(axial, n)), less(z, scaled(z_along, n))
+    force = total(total(scaled(k[0], d_r), scaled(k[1] * axial, n)), scaled(k[3], z_n))
+    return force, total(scaled(k[2], z_n), scaled(k[3], d_r))
+
+
+@compiled
+def attitude_of(tilts, x, v, spin, speed):
+    """Angles (4) of an Rxyz body with reference tilts and coordinates x, its matrix and its angular velocity."""
+    p = tilts[0] + x[3], tilts[1] + x[4], spin, 0.0
+    matrix = by_angles(p)
+    return p, matrix, angular_velocity(RXYZ, p, matrix, (v[3], v[4], speed, 0.0))
+
+
+@compiled
+def pin_forces_in_space(pin, t, recorder, carrier, planet):
+    """Forces (6) on the carrier and (6) on the planet in space; coordinates (6) and their rates (6) of each."""
+    (q_c, v_c), (q_p, v_p) = carrier, planet
+    spin = spin_of(pin.imposed, t, q_c[5], v_c[5])
+    angles_c, attitude, omega = attitude_of(pin.carrier_tilts, q_c, v_c, spin.angle, spin.speed)
+    angles_p, of_planet, omega_p = attitude_of(pin.planet_tilts, q_p, v_p, 0.0, 0.0)
+    z = transposed(of_planet)[2]
+    rho, n = times(attitude, vector_of(pin.position)), times(attitude, vector_of(pin.axes[2]))
+    arm = total(vector_of(pin.between), less(vector_of(q_p), vector_of(q_c)))
+    d, turning = less(arm, rho), less(omega_p, omega)
+    w = less(less(vector_of(v_p), vector_of(v_c)), cross(omega, arm))
+    u = cross(turning, z)
+    force, tilting = bearing_reaction(pin.stiffness, d, z, n)
+    drag, braking = bearing_reaction(pin.damping, w, u, n)
+    pushed, turned = total(force, drag), total(tilting, braking)
+    on_planet = scaled(-1.0, cross(z, turned))
+    # The elastic moment on the carrier is rho x force - n x dU/dn, which equals arm x force + z x tilting.
+    on_carrier = total(cross(arm, pushed), cross(z, turned))
+    a_c, b_c, torque, _ = moments(RXYZ, angles_c, attitude, on_carrier)
+    a_p, b_p, _, _ = moments(RXYZ, angles_p, of_planet, on_planet)
+    k = sample_of(recorder, t)
+    if k >= 0:
+        along, across = times(attitude, vector_of(pin.axes[0])), times(attitude, vector_of(pin.axes[1]))
+        deflections = dot(d, along), dot(d, across), dot(d, n), -dot(z, across), dot(z, along)
+        rates = dot(w, along), dot(w, across), dot(w, n), -dot(u, across), dot(u, along)
+        centre = q_c[0], q_c[1], q_c[2], q_c[3], q_c[4], v_c[0], v_c[1], v_c[2], v_c[3], v_c[4]
+        velocity = v_p[0], v_p[1], v_p[2], v_p[3], v_p[4], angles_p[1]
+        motion = spin.angle, spin.speed, torque
+        store(pin_header_at(recorder).samples, k, (*deflections, *rates, *motion, *centre, *velocity))
+    on_spin = torque + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
+    return (*pushed, a_c, b_c, on_spin), (-pushed[0], -pushed[1], -pushed[2], a_p, b_p, 0.0)
+
+
 @cache
-def pin_kernel(n: int):
-    """The function (record, recorder, t, *coordinates, *velocities) -> forces on a carrier of n coordinates and planet.
+def pin_kernel(n: int, m: int):
+    """The function (record, recorder, t, *coordinates, *velocities) -> forces on a carrier and a planet.
 
     The first two are addresses: of a `PIN` and of a recorder's header.
+
+    n, m   numbers of coordinates of the carrier, 1 or m, and of the planet, 3 in the plane and 6 in space
     """
 
     @kept
     def planet_pin(record, recorder, t, *x):
-        pin = pin_at(record)
-        planet = (x[n], x[n + 1], x[n + 2]), (x[2 * n + 3], x[2 * n + 4], x[2 * n + 5])
+        pin, v = pin_at(record), n + m
+        if m == 3:
+            planet = (x[n], x[n + 1], x[n + 2]), (x[v + n], x[v + n + 1], x[v + n + 2])
+            if n == 1:
+                on_carrier, on_planet = pin_forces(pin, t, recorder, ((0.0, 0.0, x[0]), (0.0, 0.0, x[v])), planet)
+                return (on_carrier[2], *on_planet)
+            on_carrier, on_planet = pin_forces(
+                pin, t, recorder, ((x[0], x[1], x[2]), (x[v], x[v + 1], x[v + 2])), planet
+            )
+            return on_carrier + on_planet
+        q_p = x[n], x[n + 1], x[n + 2], x[n + 3], x[n + 4], x[n + 5]
+        v_p = x[v + n], x[v + n + 1], x[v + n + 2], x[v + n + 3], x[v + n + 4], x[v + n + 5]
         if n == 1:
-            on_carrier, on_planet = pin_forces(pin, t, recorder, ((0.0, 0.0, x[0]), (0.0, 0.0, x[4])), planet)
-            return (on_carrier[2], *on_planet)
-        carrier = (x[0], x[1], x[2]), (x[6], x[7], x[8])
-        on_carrier, on_planet = pin_forces(pin, t, recorder, carrier, planet)
+            turn, speed = (0.0, 0.0, 0.0, 0.0, 0.0, x[0]), (0.0, 0.0, 0.0, 0.0, 0.0, x[v])
+            on_carrier, on_planet = pin_forces_in_space(pin, t, recorder, (turn, speed), (q_p, v_p))
+            return (on_carrier[5], *on_planet)
+        q_c, v_c = (x[0], x[1], x[2], x[3], x[4], x[5]), (x[v], x[v + 1], x[v + 2], x[v + 3], x[v + 4], x[v + 5])
+        on_carrier, on_planet = pin_forces_in_space(pin, t, recorder, (q_c, v_c), (q_p, v_p))
         return on_carrier + on_planet
 
     return planet_pin
 
 
-def pin_rows(pin: Pin, angle: float, n: int) -> np.ndarray:
-    """(2, n + 3) slopes of the deflection by the n coordinates of a carrier at an angle [rad] and by the planet's."""
-    s, c = sin(angle), cos(angle)
-    x, y = np.array([[c, -s], [s, c]]) @ pin.position
-    by_carrier = np.array([[-1.0, 0.0, y], [0.0, -1.0, -x]])
-    return np.column_stack([by_carrier[:, 3 - n :], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+def pin_matrices(pin: Pin, q: Sequence[float], n: int) -> tuple[np.ndarray, np.ndarray]:
+    """(n + m, n + m) stiffness and damping between the n coordinates of a carrier and the m of a planet.
+
+    q   coordinates (n + m) of both
+
+    First order in tilts, without the change of the direction in which the force of the pin acts. A turn of the carrier
+    with which the planet orbits strains nothing.
+    """
+    components = pin.recorder.components
+    in_plane, arm = components == 2, pin.arm + np.asarray(q[n : n + components])
+    arm -= np.asarray(q[:components]) if n > 1 else 0.0
+    x, y, z, a, b = np.r_[arm, np.zeros(5 - components)]
+    by_carrier = np.zeros((5, 6))
+    by_carrier[:, :5], by_carrier[:3, 3:5] = -np.eye(5), [[0.0, -z], [z, 0.0], [-y, x]]
+    by_carrier[:, 5] = y, -x, 0.0, b, -a
+    moving, rows = [0, 1, 5] if in_plane else [0, 1, 2, 3, 4, 5], slice(0, components)
+    slopes = np.column_stack([by_carrier[:, [5] if n == 1 else moving], np.eye(6)[:5, moving]])[rows]
+    stiffness, damping = (_about_centre(*x)[rows, rows] for x in (pin.record.stiffness, pin.record.damping))
+    return slopes.T @ stiffness @ slopes, slopes.T @ damping @ slopes
+
+
+def _about_centre(radial: float, axial: float, tilt: float, coupling: float) -> np.ndarray:
+    """(5, 5) matrix over displacements and tilts of a bearing that is the same in all directions."""
+    matrix = np.diag([radial, radial, axial, tilt, tilt])
+    matrix[0, 4] = matrix[4, 0] = coupling
+    matrix[1, 3] = matrix[3, 1] = -coupling
+    return matrix
 
 
 def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
     """Add a pin between the nodes of its carrier and of its planet; returns the number of the object."""
-    n = len(mbs.GetNode(nodes[0])["referenceCoordinates"])
-    k, c = float(pin.record.stiffness), float(pin.record.damping)
-    kernel, addresses = pin_kernel(n), (address_of(pin.record), address_of(pin.recorder.header))
+    n, m = (len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
+    kernel, addresses = pin_kernel(n, m), (address_of(pin.record), address_of(pin.recorder.header))
 
     def planet_pin(mbs, t, item, q, q_t):
         return kernel(*addresses, t, *q, *q_t)
 
     def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        rows = pin_rows(pin, q[n - 1], n)
+        stiffness, damping = pin_matrices(pin, q, n)
+        matrix = factor * stiffness + factor_t * damping
         if pin.record.imposed:
-            rows[:, n - 1] = 0.0
-        return (factor * k + factor_t * c) * rows.T @ rows
+            matrix[n - 1], matrix[:, n - 1] = 0.0, 0.0
+        return matrix
 
-    function = direct(planet_pin, kernel, (pin.record, pin.recorder.header), n + 3, pointed_to=pin.recorder)
+    function = direct(planet_pin, kernel, (pin.record, pin.recorder.header), n + m, pointed_to=pin.recorder)
     item: Any = eii.ObjectGenericODE2(
         name=f"{pin.planet.name} pin",
         nodeNumbers=list(nodes),

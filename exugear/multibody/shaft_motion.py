@@ -11,7 +11,6 @@ from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.model import Model, is_first
-from exugear.multibody.planet_pins import Pin
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
 from fem.units import mm
@@ -82,17 +81,16 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
 def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
     """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates.
 
-    Of planets those against their pins, along and across the pin's radius. Of elastic shafts (n, 5 + elastic) the
-    motion of the rigid shaft and the elastic coordinates.
+    Of planets those against their pins, along and across the pin's radius and along the pin. Of elastic shafts
+    (n, 5 + elastic) the motion of the rigid shaft and the elastic coordinates.
     """
     kinds, motions, by_name = model.plan.shafts, {}, {}
     number = model.meshes[0].recorder.deflection.size
     for pin in model.pins:
-        names = ("radial", "tangential"), ("radial_rate", "tangential_rate"), ("x", "y"), ("v_x", "v_y")
-        d, w, centre, velocity = (pin.recorder.columns(*columns, number=number) for columns in names)
-        motions[pin.planet.name] = d, w
+        recorder = pin.recorder
+        motions[pin.planet.name] = recorder.deflection(number), recorder.deflection(number, rate=True)
         if kinds[pin.carrier.name].on_bearings:
-            motions[pin.carrier.name] = centre, velocity
+            motions[pin.carrier.name] = recorder.centre(number), recorder.centre(number, rate=True)
     for mesh in model.meshes:
         for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
             first = is_first(model, mesh.stage, shaft)
@@ -259,7 +257,8 @@ def mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
 
     A carrier bears those on its gears, by elastic pins by the torques of these.
     """
-    torques = [_pin_torque(pin, model) for pin in model.pins if pin.carrier.name == shaft.name]
+    number = model.meshes[0].recorder.deflection.size
+    torques = [pin.recorder.samples["torque"][:number] for pin in model.pins if pin.carrier.name == shaft.name]
     for mesh in model.meshes:
         on_pinion, on_wheel, stage = mesh.recorder.pinion_torque, mesh.recorder.wheel_torque, mesh.stage
         if shaft.name in (stage.fast.name, stage.slow.name):
@@ -273,15 +272,6 @@ def _support_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the torque supports of a shaft on it, about z [N m]."""
     spin, speed = (model.gearbox.directions[shaft.name] * recorded(model, x)[shaft.name] for x in ("spin", "speed"))
     return -np.sum([x.torsion * (spin + x.damping_time * speed) for x in shaft.torque_supports], axis=0)
-
-
-def _pin_torque(pin: Pin, model: Model) -> np.ndarray:
-    """(n,) torque of a planet's pin on its carrier about z [N m]: of its spring at the pin, damper at the planet."""
-    names = ("radial", "tangential"), ("radial_rate", "tangential_rate")
-    number, k = model.meshes[0].recorder.deflection.size, float(pin.bearing.stiffness[0, 0])
-    d, w = (pin.recorder.columns(*columns, number=number) for columns in names)
-    r, c = float(np.hypot(*pin.position)), pin.bearing.damping_time * k
-    return r * k * d[:, 1] + c * ((r + d[:, 0]) * w[:, 1] - d[:, 1] * w[:, 0])
 
 
 def _coupling_torque(

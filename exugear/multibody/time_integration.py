@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import exudyn as exu
 import numpy as np
 
+from exugear.multibody.carrier_turns import rigid_motion
 from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
 from exugear.multibody.drive_and_load import is_known_function_of_time
 from exugear.multibody.equilibrium import explained
@@ -192,7 +193,7 @@ class Solver:
             if known:
                 q[spin], rates[spin] = angle, direction * speed_of(t)
             else:
-                q += (angle - q[spin]) * model.motion_of(motion)
+                q += (angle - q[spin]) * rigid_motion(model, q, motion)
         if known:
             system.SetODE2Coordinates_t(rates, INITIAL)
         system.SetODE2Coordinates(q, INITIAL)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.gearbox import Gearbox, anchors_of, motions_of
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque, recorded, recorded_torque
 from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
 from exugear.operation.time_functions import TimeFunction, check_time_function, speed_function
@@ -114,7 +114,7 @@ class Conditions:
     @cached_property
     def anchors(self) -> tuple[str, ...]:
         """Shafts whose angles determine all others: the held ones, then those that keep their angles at the start."""
-        return self.gearbox.anchors(self.held)
+        return anchors_of(self.gearbox, self.held)
 
     @property
     def prescribed(self) -> bool:
@@ -124,7 +124,7 @@ class Conditions:
     @cached_property
     def motions(self) -> np.ndarray:
         """(n_free, n_shaft) speed of every shaft about z per speed of each anchor about z."""
-        return self.gearbox.motions_of(self.anchors)
+        return motions_of(self.gearbox, self.anchors)
 
     @cached_property
     def speeds_of(self) -> tuple[Any, ...]:
@@ -440,7 +440,7 @@ def _check_speeds(gearbox: Gearbox, speeds: Mapping[str, Speed]) -> None:
         raise ValueError(f"drives and loads: {imposed}; {remedy}")
     dependent = f"speeds are imposed on {list(speeds)}, of which the meshes leave {len(gearbox.motions)} free at most"
     fewer = "the torque between them is then unknown: impose fewer or those of other shafts, give the others a Torque"
-    require(len(gearbox.anchors(names)) == len(gearbox.motions), f"drives and loads: {dependent}; {fewer}")
+    require(len(anchors_of(gearbox, names)) == len(gearbox.motions), f"drives and loads: {dependent}; {fewer}")
 
 
 def _start_speeds(
@@ -452,7 +452,7 @@ def _start_speeds(
 ) -> tuple[float, ...]:
     """Speeds about z at the start [rad/s] of the anchors whose speeds are not imposed."""
     held = [speed.shaft for speed in imposed]
-    free = gearbox.anchors(held)[len(held) :]
+    free = anchors_of(gearbox, held)[len(held) :]
     if not free:
         beside = f"start_speed {start_speed} stands beside the imposed speed of {', '.join(map(repr, held))}"
         require(start_speed is None, f"{beside}; leave it out")
@@ -492,7 +492,7 @@ def _given_start_speeds(
         at = f"start_speed of {name!r}"
         require_within(at, speed, -HIGHEST_SPEED, HIGHEST_SPEED, unit=rpm, remedy="rpm (pass rad/s)")
     dependent = f"start_speed of {[*given]} and the speeds of {[*at_start]} depend on one another"
-    require(gearbox.anchors(names) == tuple(names), f"{dependent}; give that of {free[0]!r}")
+    require(anchors_of(gearbox, names) == tuple(names), f"{dependent}; give that of {free[0]!r}")
     about_z = np.array([gearbox.directions[name] * speed for name, speed in {**at_start, **given}.items()])
-    speeds = about_z @ gearbox.motions_of(names)
+    speeds = about_z @ motions_of(gearbox, names)
     return tuple(float(speeds[shafts.index(name)]) for name in free)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from exugear.gearbox.drag import braking_torque
-from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.gearbox import Gearbox, anchors_of, forces_of_motion, motions_of
 from fem.support.validation import require
 from fem.units import rpm
 
@@ -40,8 +40,8 @@ def accelerations_under(
     imposed   names of the shafts whose motion is imposed
     given     accelerations of these shafts; by default 0
     """
-    anchors = gearbox.anchors(imposed)
-    motions, number = gearbox.motions_of(anchors), len(imposed)
+    anchors = anchors_of(gearbox, imposed)
+    motions, number = motions_of(gearbox, anchors), len(imposed)
     inertia = reduced_inertia(gearbox, motions)
     of_anchors = np.zeros(len(anchors)) if given is None else np.r_[given, np.zeros(len(anchors) - number)]
     free = slice(number, None)
@@ -56,10 +56,10 @@ def force_per_torque(gearbox: Gearbox, imposed: Sequence[str]) -> np.ndarray:
     imposed   names of the shafts whose speeds are imposed; a torque accelerates what they leave free, whose inertia
               torques take part
     """
-    anchors, columns = gearbox.anchors(imposed), []
+    anchors, columns = anchors_of(gearbox, imposed), []
     for torques in np.eye(len(gearbox.shafts)):
         accelerations = accelerations_under(gearbox, torques, imposed)
-        columns.append(gearbox.forces_of_motion(torques, accelerations, anchors))
+        columns.append(forces_of_motion(gearbox, torques, accelerations, anchors))
     return np.array(columns).T
 
 
@@ -86,7 +86,7 @@ def expected_speeds(
     and Ostermann 2010). Raises ValueError where a speed grows beyond `HIGHEST_SPEED`.
     """
     names, number = [shaft.name for shaft in gearbox.shafts], len(imposed)
-    motions = gearbox.motions_of(gearbox.anchors(imposed))
+    motions = motions_of(gearbox, anchors_of(gearbox, imposed))
     of_imposed, free = given[0].T @ motions[:number], motions[number:]
     inertia = reduced_inertia(gearbox, motions)
     inverse, pull = np.linalg.inv(inertia[number:, number:]), inertia[number:, :number] @ given[1]

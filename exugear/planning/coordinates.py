@@ -6,6 +6,7 @@ import numpy as np
 
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.static_offsets import displacement_at
 
 
 class Coordinates(Enum):
@@ -39,5 +40,5 @@ def pose(gearbox: Gearbox, shaft: Shaft) -> list[float]:
     """
     x, y, z = np.array([*gearbox.shaft_positions[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
     if carrier := gearbox.planets.get(shaft.name):
-        x, y, z = np.array([x, y, z]) + carrier.offset.at(shaft.centre)
+        x, y, z = np.array([x, y, z]) + displacement_at(carrier, shaft.centre)
     return [float(x), float(y), float(z), shaft.offset.tilt_x, shaft.offset.tilt_y, 0.0]

@@ -20,7 +20,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.rolling_bearings.statics import NotCarried
 from fem.gear.involute import involute
-from fem.ste.map_sides import SIDES_DIFFER
+from fem.ste.map_sides import SIDES_DIFFER, TEETH_DIFFER
 from fem.support.validation import require
 from fem.units import mm, um
 
@@ -67,9 +67,9 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     on_back_flank = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
     alike = [name for name in law.offsets if is_slight(stage, name, static[name] - on_back_flank[name])]
     fixed = {name: static[name] for name in alike if name not in moving}
-    lines = [
-        "map over " + ", ".join(["phase", "force", *(AXIS_NAMES[name] for name in law.offsets if name not in fixed)])
-    ]
+    reduced = law.at(**fixed)
+    pitches = f" of {law.pitches} pitches ({reduced.table.nbytes / 1e6:.3g} MB)" if law.pitches > 1 else ""
+    lines = ["map over " + ", ".join([f"phase{pitches}", "force", *(AXIS_NAMES[name] for name in reduced.offsets)])]
     lines += [f"{AXIS_NAMES[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
     lines += [f"{AXIS_NAMES[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
     if beside:
@@ -77,17 +77,12 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
             f"its axis lies {beside / um:.4g} um beside the carrier's: distance and shares vary once in its turn"
         )
     lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
-    return law.at(**fixed), "; ".join(lines)
+    return reduced, "; ".join(lines)
 
 
 def displacement_in_housing(gearbox: Gearbox, stage: Stage) -> float:
-    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance.
-
-    Planets on elastic pins move in the plane anyway: 0.
-    """
-    on_pins = stage.carrier is None or stage.carrier.name in gearbox.carriers_of_pins
-    fixed = displacements_in_housing(stage, gearbox.shaft_positions)
-    return 0.0 if on_pins else float(np.hypot(*fixed.T).max())
+    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance."""
+    return float(np.hypot(*displacements_in_housing(stage, gearbox.shaft_positions).T).max())
 
 
 def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordinates]) -> str:
@@ -96,7 +91,8 @@ def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordin
     Spur gears with the same flanks on both sides differ in their force centroid alone, which turns no ideal shaft.
     """
     tilts = Coordinates.BEARINGS in (shafts[stage.fast.name], shafts[stage.slow.name])
-    exact = not isfinite(law.backlash) or not (tilts or stage.pair.beta_b or law.coast_unlike == SIDES_DIFFER)
+    unlike = tilts or stage.pair.beta_b or law.coast_unlike in (SIDES_DIFFER, TEETH_DIFFER)
+    exact = not isfinite(law.backlash) or not unlike
     return "" if exact else law.coast_unlike
 
 

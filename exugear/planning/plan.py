@@ -15,6 +15,7 @@ from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
 from exugear.planning.rolling_bearings import words_on_rolling_bearings
+from exugear.planning.sampling import listed_phases
 from exugear.planning.set_words import stages_of_sets, words_of_sets
 from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
@@ -29,10 +30,6 @@ COAST_MAPPED = "coast flank by the torques < 0 of the map"
 COAST_MIRRORED = (
     "coast flank taken as mirror image of the driving flank, which it is not, as {}; map torques < 0 too, say "
     "fem.static_transmission_error(pair, [-350, -150, 0, 150, 350])"
-)
-IN_SPACE = (
-    "planetary sets on elastic pins and bearings run in the plane only, not yet in space, but of shaft {!r} {}; leave "
-    "pin= and the bearings out for members that spin, or make its gears spur, in one plane, on bearings at their sides"
 )
 RAMP = "assumed to ramp in over {:.3g} um of penetration (damping_ramp=), which moves jumps where teeth part"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
@@ -112,7 +109,7 @@ class Plan:
         lines += [UNDAMPED] * self.undamped
         for label, law in self.laws.items():
             if law.jumps.size:
-                lines.append(f"{label}: {JUMPS.format(', '.join(f'{x:.3f}' for x in law.jumps))}")
+                lines.append(f"{label}: {JUMPS.format(listed_phases(law.jumps))}")
         return lines
 
     def _coordinates(self, name: str) -> str:
@@ -212,46 +209,55 @@ def _coefficient(friction: MeshFriction, stage: Stage) -> str:
 
 def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     """Coordinates that a shaft needs, and the reason."""
-    stages = [stage for stage in gearbox.stages if shaft in stage.shafts]
-    if shaft.name in gearbox.planets:
-        return _coordinates_of_planet(shaft, stages)
-    tilted = any(stage.carrier for stage in stages) and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
+    on_carrier = shaft.name not in gearbox.planets and any(stage.carrier for stage in _stages_of(gearbox, shaft))
+    tilted = on_carrier and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
     fixed = f"shaft {shaft.name!r} is tilted, seen from planets that turn about it, which is not built yet"
     require(not tilted, f"{fixed}; displace it by Placement(x=..., y=...) alone")
     if not shaft.bearings:
-        return Coordinates.SPIN, "no bearings given: ideal ones"
-    on_carriers = [stage for stage in stages if stage.carrier]
+        on_pin = "it turns on an ideal pin, and its mass with the carrier"
+        return Coordinates.SPIN, on_pin if shaft.name in gearbox.planets else "no bearings given: ideal ones"
+    on_carriers = [stage for stage in _stages_of(gearbox, shaft) if stage.carrier]
     ideal = {x.name for stage in on_carriers for x in stage.shafts if x.name in gearbox.planets and not x.bearings}
     apart = f"shaft {shaft.name!r} moves on its bearings, but planets {sorted(ideal)} turn on ideal pins"
     require(not ideal, f"{apart}; give the set elastic ones, Planetary(pin=Bearing(...)), or leave the bearings out")
-    cause = _cause_of_tilt(shaft, stages)
-    require(not (cause and on_carriers), IN_SPACE.format(shaft.name, cause))
-    if cause:
-        return Coordinates.BEARINGS, f"it has elastic bearings, and {cause}"
-    return Coordinates.PLANAR, "it has elastic bearings, and nothing tilts it or pushes it along its axis"
+    support = "an elastic pin" if shaft.name in gearbox.planets else "elastic bearings"
+    if cause := _cause_of_tilt(gearbox, shaft) or _cause_in_set(gearbox, shaft):
+        return Coordinates.BEARINGS, f"it has {support}, and {cause}"
+    return Coordinates.PLANAR, f"it has {support}, and nothing tilts it or pushes it along its axis"
 
 
-def _coordinates_of_planet(shaft: Shaft, stages: list[Stage]) -> tuple[Coordinates, str]:
-    """Coordinates of a planet; ValueError where it would move out of its plane."""
-    if not shaft.bearings:
-        return Coordinates.SPIN, "it turns on an ideal pin, and its mass with the carrier"
-    cause = _cause_of_tilt(shaft, stages)
-    require(not cause, IN_SPACE.format(shaft.name, cause))
-    return Coordinates.PLANAR, "it has an elastic pin, and nothing tilts it or pushes it along its axis"
+def _stages_of(gearbox: Gearbox, shaft: Shaft) -> list[Stage]:
+    """The stages to which a shaft belongs."""
+    return [stage for stage in gearbox.stages if shaft in stage.shafts]
 
 
-def _cause_of_tilt(shaft: Shaft, stages: list[Stage]) -> str:
+def _cause_in_set(gearbox: Gearbox, shaft: Shaft) -> str:
+    """The first cause by which a planet on its pin, or a carrier under such planets, tilts with others of its set."""
+    carrier = gearbox.planets.get(shaft.name, shaft)
+    planets = gearbox.planets_by_carrier.get(carrier.name, [])
+    tilting = [planet.name for planet in planets if _cause_of_tilt(gearbox, planet)]
+    if carrier.name == shaft.name:
+        return f"its planets {tilting} tilt on their pins" if tilting else ""
+    if carrier.bearings and (tilting or _cause_of_tilt(gearbox, carrier)):
+        return f"its carrier {carrier.name!r} tilts"
+    return ""
+
+
+def _cause_of_tilt(gearbox: Gearbox, shaft: Shaft) -> str:
     """The first cause that moves a shaft out of its plane; empty where there is none."""
-    gear_position, *further_gears = [*shaft.gears] or [shaft.centre]
+    stages = [stage for stage in _stages_of(gearbox, shaft) if shaft in (stage.fast, stage.slow)]
+    planes = {*shaft.gears}.union(*(planet.gears for planet in gearbox.planets_by_carrier.get(shaft.name, [])))
+    gear_position = min(planes, default=shaft.centre)
     laws = [stage.force for stage in stages]
     causes = {
-        "it carries several gears": bool(further_gears),
+        "it carries several gears": len(shaft.gears) > 1,
+        "its planets lie in other planes than its gear": len(planes) > 1,
         "helical gears push it along its axis": any(stage.pair.beta_b for stage in stages),
         "mid-planes of its mesh differ": any(abs(np.diff(stage.axial_positions)) > ROUNDING for stage in stages),
         "the force centroid of its mesh moves along the face": any(np.any(law.centroid) for law in laws),
         "its map has a misalignment axis": any("misalignment" in law.offsets for law in laws),
-        "its mass lies beside the gear": abs(shaft.centre - gear_position) > ROUNDING,
-        "its bearings do not lie symmetrically about the gear": _bearings_couple_tilt(shaft, gear_position),
+        "its mass lies beside its gear or planets": abs(shaft.centre - gear_position) > ROUNDING,
+        "its bearings do not lie symmetrically about its gear or planets": _bearings_couple_tilt(shaft, gear_position),
         "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
         "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
     }

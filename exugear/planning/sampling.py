@@ -24,6 +24,8 @@ LARGEST_MISS = 5e-4
 HARMLESS_STEPS = 150
 #: Number of steps over which a jump has to be smoothed so that the steps need not meet it.
 SMOOTHING_STEPS = 2
+#: Number of phases of jumps that are listed.
+LISTED = 6
 #: Relative error of quotients that should be whole numbers.
 ROUNDING = 1e-9
 
@@ -84,6 +86,12 @@ def exactly_summable(step: float, duration: float) -> float:
     return step // unit * unit
 
 
+def listed_phases(phases: np.ndarray) -> str:
+    """Phases in words, the first ones of many."""
+    listed = ", ".join(f"{x:.3f}" for x in phases[:LISTED])
+    return listed if phases.size <= LISTED else f"{listed} and {phases.size - LISTED} more"
+
+
 def steps_of(
     duration: float, step: float, sample: float, jumping: Mapping[str, tuple[float, np.ndarray]], *, steady: bool
 ) -> tuple[Steps, str]:
@@ -100,7 +108,7 @@ def steps_of(
     else:
         steps = steps_filling(duration, step, sample)
     period = min(period for period, _ in meshes)
-    phases = [f"{label} at phase {', '.join(f'{x:.3f}' for x in jumps)}" for label, (_, jumps) in jumping.items()]
+    phases = [f"{label} at phase {listed_phases(jumps)}" for label, (_, jumps) in jumping.items()]
     note = f"the mesh force jumps: {'; '.join(phases)}; {period / steps.size:.4g} steps in a mesh period"
     if steady and largest_miss(steps.size, meshes) < LARGEST_MISS:
         return steps, note

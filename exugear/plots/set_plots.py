@@ -67,7 +67,7 @@ def plot_phase_sums(phases: xr.Dataset, ax: Axes | None = None, **style) -> Axes
     require(known, "phases must have torque_sum and lateral_sum; pass what planetary.mesh_phases() returned")
     ax, harmonic = axes_or_new(ax), phases["harmonic"].values
     for shift, name, words, colour in ((-0.2, "torque", "torque", 0), (0.2, "lateral", "lateral force on sun", 1)):
-        look = {"width": 0.4, "color": DISTINCT[colour], "label": words} | style
+        look: dict[str, Any] = {"width": 0.4, "color": DISTINCT[colour], "label": words} | style
         ax.bar(harmonic + shift, phases[f"{name}_sum"].values, **look)
     ax.set(xlabel="mesh harmonic", ylabel="sum over the planets\n/ sum in phase", ylim=(0, 1.05))
     ax.set_xticks(harmonic)

@@ -41,7 +41,8 @@ def set_sections(data: xr.Dataset) -> list[Section]:
 
 def _section(data: xr.Dataset, of_set: SetData) -> Section:
     lines = _side_bands(data, of_set)
-    orbits = [name for name in (of_set.sun, of_set.ring, of_set.carrier) if _moves(data, name)]
+    told = _known(data, of_set.carrier, of_set.ring)
+    orbits = [name for name in (of_set.sun, of_set.ring, of_set.carrier) if told and _moves(data, name)]
     items = (*_phasing(of_set), *_sharing(data, of_set), *(_orbit(data, name) for name in orbits), _note(data))
     tables = [_members(data, of_set), _phases(data, of_set), _sums(of_set), *([_lines(lines)] if lines else [])]
     figures = [_phase_figure(of_set), _share_figure(data, of_set)]
@@ -104,13 +105,21 @@ def _members(data: xr.Dataset, of_set: SetData) -> Table:
     torques = _torques(data)
     rows = []
     for name, role in roles.items():
-        speed = speed_of_shaft(data, "shaft", name)
-        ratio = float(data.attrs[f"{name}_speed_ratio"])
+        speed = f"{speed_of_shaft(data, 'shaft', name).mean() / rpm:.5g}" if _known(data, name) else "not recorded"
+        ratio = f"{float(data.attrs[f'{name}_speed_ratio']):.6g}"
         torque = f"{torques[name]:.5g}" if name in torques else "none"
         label = name if role != "each planet" else f"{of_set.planets[0]} to {of_set.planets[-1]}"
-        rows.append((role, label, teeth[name], f"{ratio:.6g}", f"{speed.mean() / rpm:.5g}", torque))
+        rows.append((role, label, teeth[name], ratio, speed, torque))
     columns = "member", "shaft", "teeth", "speed / driving shaft", "mean speed [rpm]", "mean external torque [N m]"
     return Table("Members of the set, speeds and torques about z", columns, tuple(rows))
+
+
+def _known(data: xr.Dataset, *names: str) -> bool:
+    """Whether a run tells the speeds of shafts: they may be free, and are recorded with power=True alone."""
+    try:
+        return all(speed_of_shaft(data, "shaft", name).size > 0 for name in names)
+    except ValueError:
+        return False
 
 
 def _torques(data: xr.Dataset) -> dict[str, float]:
@@ -151,15 +160,20 @@ def _sums(of_set: SetData) -> Table:
 
 
 def _side_bands(data: xr.Dataset, of_set: SetData) -> xr.Dataset | None:
-    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few."""
+    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few.
+
+    None also of stepped planets, whose phases at the ring depend on how their teeth are put in.
+    """
     speed = data["speed"].values
-    if np.ptp(speed) > CONSTANT * np.abs(speed).max() or speed.size < 2:
+    stepped = of_set.z[1] != of_set.z[2]
+    known = _known(data, of_set.carrier, of_set.ring)
+    if stepped or not known or speed.size < 2 or np.ptp(speed) > CONSTANT * np.abs(speed).max():
         return None
     heard = force_seen_from_ring(data, ring=of_set.ring, reach=pi / len(of_set.planets))
     if np.ptp(heard["angle"].values) < TURNS * 2 * pi:
         return None
-    z = of_set.z[0], of_set.z[2], of_set.z[3]
     settled = heard.isel(time=slice(int(np.searchsorted(heard["angle"].values, 0.2 * pi)), None))
+    z = of_set.z[0], of_set.z[1], of_set.z[3]
     return lines_of(settled, z, of_set.angles, (HARMONICS, len(of_set.planets) + BESIDE, ()))
 
 

@@ -56,9 +56,9 @@ def add_gears(model: Model) -> None:
     )
     for stage, phase in by_teeth:
         direction, axial = model.gearbox.direction_of(stage), model.gearbox.offsets(stage)["axial"]
-        has_teeth = not isinstance(stage.pair, RingPair)
-        options = {"phase": phase, "axial": axial}
-        angles = meshing_angles(stage.pair, stage.angle, direction, **options) if has_teeth else (stage.angle, 0.0)
+        angles = (stage.angle, 0.0)
+        if not isinstance(stage.pair, RingPair):
+            angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase, axial=axial)
         gears = (stage.pair.pinion, stage.pair.wheel)
         for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
             if (name, axial) not in drawn:
@@ -116,7 +116,8 @@ def add_carriers(model: Model) -> None:
         planets = [shaft for shaft in box.shafts if shaft.name in box.planets and box.planets[shaft.name] is carrier]
         gears = [(axial, gear) for shaft in planets for axial, gear in shaft.gears.items()]
         low, high = min(axial - gear.b / 2 for axial, gear in gears), max(axial + gear.b / 2 for axial, gear in gears)
-        thickness, d_pin = THICKNESS * (high - low), DIAMETER_SHARE * min(gear.d_bore for _, gear in gears)
+        bores = [gear.d_bore for _, gear in gears if isinstance(gear, Gear)]
+        thickness, d_pin = THICKNESS * (high - low), DIAMETER_SHARE * min(bores)
         back, front = low - BEHIND * (high - low), high + BEHIND * (high - low)
         at = origin(model, carrier.name)
         centre = np.array(box.shaft_positions[carrier.name])

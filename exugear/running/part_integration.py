@@ -12,10 +12,18 @@ from uuid import UUID, uuid4
 import numpy as np
 
 from exugear.multibody.assembly import build
+from exugear.multibody.carrier_turns import rigid_coordinates, rigid_motion
 from exugear.multibody.drive_and_load import ShaftTorques, applied, set_holding_forces
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL, quiet, set_state_of_system
-from exugear.multibody.model import Model, further_loads, further_objects, linearized, matrices_without_meshes
+from exugear.multibody.model import (
+    Model,
+    further_loads,
+    further_objects,
+    linearized,
+    matrices_without_meshes,
+    motion_of,
+)
 from exugear.multibody.shaft_motion import needs_speeds
 from exugear.multibody.solver_settings import Scheme
 from exugear.multibody.time_integration import RunState, Segment, Solver, state_of_run
@@ -232,14 +240,15 @@ def seam_error(solver: Solver, step: int, state: RunState, expected: Mapping[int
 def _vibration(solver: Solver, step: int, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) coordinates and velocities of a state less those of the train as a rigid body."""
     model, conditions, t = solver.model, solver.conditions, step * solver.scheme.steps.size
-    coordinates = state.system.coordinates - model.motion_of(conditions.shaft_angles(t))
-    return np.concatenate([coordinates, state.system.velocities - model.motion_of(conditions.shaft_speeds(t))])
+    rigid = rigid_coordinates(model, conditions.shaft_angles(t))
+    velocities = state.system.velocities - rigid_motion(model, rigid, conditions.shaft_speeds(t))
+    return np.concatenate([state.system.coordinates - rigid, velocities])
 
 
 def _rounding(model: Model, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) differences of coordinates and velocities that are rounding."""
     angle = ROUNDED_SPACINGS * float(np.spacing(np.abs(state.system.coordinates).max()))
-    spins = np.array([model.motion_of(motion) for motion in model.gearbox.motions]).any(axis=0)
+    spins = np.array([motion_of(model, motion) for motion in model.gearbox.motions]).any(axis=0)
     lever = max(float(np.abs(mesh.row[spins]).max()) for mesh in model.meshes)
     coordinates = angle * np.where(spins, 1.0, lever)
     return np.concatenate([coordinates, model.plan.omega_mesh * coordinates])
@@ -248,10 +257,9 @@ def _rounding(model: Model, state: RunState) -> np.ndarray:
 def check_parts(model: Model, conditions: Conditions) -> None:
     """ValueError unless the speed at later times is known, and other processes can build the system."""
     free = "executor: the speed of a free train is known only once it has run"
-    orbits = "executor: a set whose planets move in the plane starts from an equilibrium at angle 0 alone"
-    require(not model.pins, f"{orbits}; leave executor out, or leave pin= out")
+    orbits = "executor: a set whose planets turn about a displaced axis starts from an equilibrium at angle 0 alone"
     fixed = any(mesh.frame.fixed.any() for mesh in model.meshes)
-    require(not fixed, f"{orbits.replace('move in the plane', 'turn about a displaced axis')}; leave executor out")
+    require(not fixed, f"{orbits}; leave executor out")
     few = f"{free}; impose {len(conditions.anchors)} by exugear.Speed, or leave executor out"
     require(conditions.prescribed, few)
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")

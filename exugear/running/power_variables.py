@@ -5,7 +5,6 @@ The rates of the recorded motion are corrected for the lag of the integrator.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -177,33 +176,23 @@ def _with_torsion(
 def _motions_on_pins(
     model: Model, recorded: Mapping[str, ShaftMotion], number: int, factor: float
 ) -> dict[str, ShaftMotion]:
-    """Motion of planets on pins and of their carriers; recorded: the spins of the planets by their meshes.
-
-    The planet's velocity in the frame of the carrier, whose centre moves by c: R^T c' + omega J (rho + d) + w, with the
-    displacement d from the pin at rho and its rate w.
-    """
+    """Motion of planets on pins and of their carriers; recorded: the spins of the planets by their meshes."""
     by_name = {}
     for pin in model.pins:
-        columns = partial(pin.recorder.columns, number=number)
-        d, centre = columns("radial", "tangential"), columns("x", "y")
-        w, velocity = columns("radial_rate", "tangential_rate"), corrected(columns("v_x", "v_y"), factor)
-        spin, speed = columns("spin")[:, 0], corrected(columns("speed")[:, 0], factor)
-        r, at = float(np.hypot(*pin.position)), np.arctan2(pin.position[1], pin.position[0]) + spin
-        out, across = np.array([np.cos(at), np.sin(at)]).T, np.array([-np.sin(at), np.cos(at)]).T
-        w = corrected(w, factor)
-        of_place = np.column_stack([(velocity * out).sum(axis=1), (velocity * across).sum(axis=1)])
-        turning = speed[:, None] * np.column_stack([-d[:, 1], r + d[:, 0]])
+        recorder, samples = pin.recorder, {name: x[:number] for name, x in pin.recorder.samples.items()}
+        rates = recorder.deflection(number, rate=True), recorder.velocity(number), recorder.centre(number, rate=True)
+        w, velocity, of_carrier = (_padded(corrected(rate, factor)) for rate in rates)
         planet, on_bearings = recorded[pin.planet.name], model.plan.shafts[pin.carrier.name].on_bearings
-        moving = _padded(d), _padded(w), _padded(of_place + turning + w)
-        by_name[pin.planet.name] = ShaftMotion(planet.spin, planet.speed, *moving)
-        of_carrier = (_padded(centre), _padded(velocity)) if on_bearings else ()
-        by_name[pin.carrier.name] = ShaftMotion(spin, speed, *of_carrier)
+        deflection, tilt_y = _padded(recorder.deflection(number)), samples.get("planet_tilt_y")
+        by_name[pin.planet.name] = ShaftMotion(planet.spin, planet.speed, deflection, w, velocity, tilt_y)
+        moving = (_padded(recorder.centre(number)), of_carrier) if on_bearings else ()
+        by_name[pin.carrier.name] = ShaftMotion(samples["spin"], corrected(samples["speed"], factor), *moving)
     return by_name
 
 
 def _padded(columns: np.ndarray) -> np.ndarray:
-    """(n, 5) of (n, 2): no axial displacement and no tilts."""
-    return np.column_stack([columns, np.zeros((len(columns), 3))])
+    """(n, 5) of (n, 2 or 5): no axial displacement and no tilts in the plane."""
+    return np.column_stack([columns, np.zeros((len(columns), 5 - columns.shape[1]))])
 
 
 def _imposed_motion(model: Model, conditions: Conditions, time: np.ndarray, recorded: Mapping[str, ShaftMotion]):

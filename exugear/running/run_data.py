@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -34,14 +35,16 @@ from exugear.operation.conditions import Conditions
 from exugear.operation.shaft_ends import numbers_of_text
 from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import End
+from exugear.planning.map_axes import IGNORED
 from exugear.planning.sampling import Steps
 from exugear.running.power_variables import power_variables
 from fem.gear.gear import Gear
+from fem.gear.involute import involute
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_attributes
 from fem.support.netcdf import read
 from fem.support.validation import require
-from fem.units import mm
+from fem.units import mm, um
 
 AnyRecorder = Recorder | ShaftRecorder | PinRecorder | ElasticRecorder
 #: Rows of the end state of a run.
@@ -123,7 +126,7 @@ def keep_valid(
 ) -> BaseException | None:
     """Drop the samples after an end, or after a stop at a time [s].
 
-    Returns the stop, also where bearings yield until the teeth part.
+    Returns the stop, also where bearings yield until the teeth part, or until both flanks would carry.
     """
     lost = np.logical_or.reduce([np.isnan(mesh.recorder.deflection) for mesh in model.meshes])
     if end:
@@ -131,8 +134,9 @@ def keep_valid(
     if stop:
         lost |= steps.time[: lost.size] >= stopped_at
     number = int(lost.argmax()) if lost.any() else lost.size
-    apart, reason = _out_of_mesh(model, number)
-    number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)
+    for beyond in (_out_of_mesh, _jammed):
+        last, reason = beyond(model, number)
+        number, stop = (last, RuntimeError(f"at t = {steps.time[last]:.6g} s: {reason}")) if reason else (number, stop)
     for mesh in model.meshes:
         mesh.recorder.keep_first(number)
     return stop
@@ -153,6 +157,28 @@ def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
             far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
             return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}"
     return number, ""
+
+
+def _jammed(model: Model, number: int) -> tuple[int, str]:
+    """First sample at which a tooth of a mesh with backlash would touch both flanks of its gap, and the reason.
+
+    The law has a single flank in contact. number: of samples to examine, which is returned where there is none.
+    """
+    for mesh in model.meshes:
+        pair, a, largest = mesh.stage.pair, mesh.recorder.a[:number], mesh.law.backlash + IGNORED["a"]
+        may_jam = on_bearings(model, mesh) and 0 < mesh.law.backlash < inf and number > 0
+        if may_jam and _lost_backlash(pair, a.min()) > largest:
+            at = int((_lost_backlash(pair, a) > largest).argmax())
+            near = f"gears of {mesh.stage.name} come {abs(a[at] - pair.a) / um:.4g} um too close for their backlash of"
+            remedy = "both flanks would carry; run slower, take stiffer pins or bearings, or give more backlash"
+            return at, f"{near} {mesh.law.backlash / um:.4g} um: {remedy}"
+    return number, ""
+
+
+def _lost_backlash(pair, a):
+    """Backlash along the line of action that a pair has lost at centre distances a [m], a < 0 of a ring."""
+    r_b = pair.pinion.r_b + pair.wheel.r_b
+    return 2 * r_b * (involute(pair.alpha_wt) - involute(np.arccos(r_b / a)))
 
 
 def _is_apart(pair, a: float) -> bool:
@@ -266,15 +292,18 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         inputs[f"{shaft.name}_speed_ratio"] = model.gearbox.ratios[shaft.name]
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
     box = model.gearbox
-    for label, stage, phase in zip(box.labels, box.stages, box.phases, strict=True):
+    for label, stage, phase, sense in zip(box.labels, box.stages, box.phases, box.flank_senses, strict=True):
         law = stage.force
         numbers = _pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
         numbers |= {"damping_ramp": law.damping_ramp}
         numbers |= {"critical_damping": stage.critical_damping}
-        numbers |= {"angle": stage.angle, "phase": phase}
+        numbers |= {"angle": stage.angle, "phase": phase, "flank_sense": sense}
+        numbers |= {"pitches": law.pitches} if law.pitches > 1 else {}
         numbers |= {"friction": repr(stage.friction.coefficient)} if stage.friction else {}
         numbers |= {"carrier": stage.carrier.name} if stage.carrier else {}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    if len(box.independent) > 1:
+        inputs["independent_speeds"] = ", ".join(box.independent)
     if model.gearbox.held:
         inputs["held"] = ", ".join(model.gearbox.held)
     return inputs

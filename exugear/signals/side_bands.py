@@ -10,15 +10,15 @@ import xarray as xr
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.side_band_lines import side_band_lines
 from exugear.running.run_data import stage_data
-from exugear.running.set_data import SetData, set_of_run
+from exugear.running.set_data import set_of_run
 from exugear.signals.order_cut import order_cut
 from exugear.signals.signal import MOST, reference_speed
 from exugear.signals.signal import signal as signal_of
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 
-#: Relative difference of mesh orders that is rounding.
-ROUNDING = 1e-6
+#: Relative difference of mesh orders of the same turns: recorded speeds vibrate.
+SAME_TURNS = 1e-3
 #: Least ratio to the largest amplitude, so that the level of 0 is -200 dB.
 FLOOR = 1e-10
 
@@ -56,16 +56,19 @@ def side_bands(
     cause           in words: planets that pass, by the phasing rule offset = harmonic z_sun mod N; carrier, ring, sun
                     or planet once per turn
 
-    Raises ValueError for signals whose orders count other turns, for numbers out of range, and as `exugear.order_cut`.
+    Raises ValueError for signals whose orders count other turns, for stepped planets, for numbers out of range, and as
+    `exugear.order_cut`.
     """
-    sun, planet, ring = (gear.z for gear in planetary.gears)
+    ring = planetary.ring_pair.wheel.z
+    stepped = "planetary must not have stepped planets, whose phases at the ring depend on how their teeth are put in"
+    require(not planetary.stepped, f"{stepped}; take exugear.order_cut at orders of your choice")
     check_numbers(harmonics, carrier_orders, members, ring)
     if "mesh_order" in signal.coords:
         order, wanted = float(signal["mesh_order"]), abs(ring)
         counted = f"signal must count turns of the carrier against the ring, {wanted} mesh cycles each, got {order:g}"
         remedy = f"turns_of={planetary.carrier.name!r}, relative_to={planetary.ring.name!r}"
-        require(abs(order - wanted) < ROUNDING * wanted, f"{counted}; pass exugear.signal(run, ..., {remedy})")
-    z, angles = (sun, planet, ring), np.asarray(planetary.angles)
+        require(abs(order - wanted) < SAME_TURNS * wanted, f"{counted}; pass exugear.signal(run, ..., {remedy})")
+    z, angles = (planetary.sun_pair.pinion.z, planetary.sun_pair.wheel.z, ring), np.asarray(planetary.angles)
     return lines_of(signal, z, angles, (harmonics, carrier_orders, members), revolutions=revolutions, overlap=overlap)
 
 
@@ -86,7 +89,7 @@ def lines_of(signal: xr.DataArray, z: tuple[int, int, int], angles: np.ndarray, 
     orders = np.array([line.order for line in lines])
     cut = order_cut(signal, orders, **windows)
     amplitude = cut["amplitude"].mean("time").assign_attrs(signal.attrs | {"long_name": "mean amplitude"})
-    level = 20 * np.log10(np.maximum(amplitude / (float(amplitude.max()) or 1.0), FLOOR))
+    level = amplitude.copy(data=20 * np.log10(np.maximum(amplitude.values / (float(amplitude.max()) or 1.0), FLOOR)))
     causes = np.array([line.cause for line in lines])
     along = {
         "harmonic": ("order", [line.harmonic for line in lines], {"units": "1", "long_name": "mesh harmonic"}),
@@ -94,7 +97,7 @@ def lines_of(signal: xr.DataArray, z: tuple[int, int, int], angles: np.ndarray, 
         "share": ("order", [line.share for line in lines], {"units": "1", "long_name": "share of equal planets"}),
         "cause": ("order", causes, {"units": "", "long_name": "what excites the line"}),
     }
-    level = level.assign_attrs({"units": "dB", "long_name": "level re the largest line"})
+    level.attrs = {"units": "dB", "long_name": "level re the largest line"}
     return cut.assign(mean_amplitude=amplitude, level=level).assign_coords(along)
 
 
@@ -126,9 +129,3 @@ def force_seen_from_ring(run, angle: Finite = 0.0, *, ring: str | None = None, r
     turns = {"turns_of": of_set.carrier, "relative_to": of_set.ring}
     base = signal_of(data, "mesh_force", stage=of_set.ring_stages[0], **turns)
     return base.copy(data=heard).assign_attrs(units="N", long_name="mesh forces heard at the ring")
-
-
-def set_lines(data: xr.Dataset, heard: xr.DataArray, of_set: SetData, carrier_orders: int) -> xr.Dataset:
-    """`side_bands` of a signal of a run's set about its first two mesh harmonics, without its `Planetary`."""
-    z = of_set.z[0], of_set.z[2], of_set.z[3]
-    return lines_of(heard, z, of_set.angles, (2, carrier_orders, ()))

@@ -21,6 +21,8 @@ MOTION_UNITS = {"speed": "rad/s", "angle": "rad"}
 DRIVING = "driving shaft"
 #: End of the names of attributes of a run that hold the speed of a shaft over that of the driving shaft; least such.
 RATIO, STILL = "_speed_ratio", 1e-12
+#: Title of runs that keep the nominal ratios of speeds that the teeth leave free.
+NOMINAL = "run-up"
 MESH_ORDER = {"units": "1", "long_name": "mesh cycles per revolution of the shaft"}
 #: Deviation of a harmonic from a whole number as share of it: orders are rounded to 9 digits.
 WHOLE = 1e-7
@@ -70,7 +72,8 @@ def signal(
 def reference_speed(data: xr.Dataset, turns_of: str | None, relative_to: str | None) -> tuple[np.ndarray, str]:
     """(n,) speed about z of a shaft against another one [rad/s], and words for it; by default of the driving shaft.
 
-    By the ratios of the teeth, so that vibrations do not turn the angle of reference.
+    By the ratios of the teeth, so that vibrations do not turn the angle of reference; where the teeth leave several
+    speeds free, and a run has not kept their nominal ratios, by the recorded speeds.
     """
     if turns_of is None:
         alone = f"relative_to={relative_to!r} needs turns_of, the shaft whose turns against it are counted"
@@ -90,7 +93,13 @@ def speed_of_shaft(data: xr.Dataset, argument: str, shaft: str) -> np.ndarray:
     older = "the run is of an older version, which kept no speed ratios; run it again, or leave turns_of out"
     require(bool(ratios), older)
     require(shaft in ratios, f"{argument} must be one of the shafts {[*ratios]}, got {shaft!r}")
-    return float(ratios[shaft]) * data["speed"].values
+    ratio = float(ratios[shaft])
+    if "independent_speeds" not in data.attrs or data.attrs.get("title") == NOMINAL or ratio == 0.0:
+        return ratio * data["speed"].values
+    recorded = "shaft_speed" in data and shaft in data["shaft"].values
+    free = f"{argument}={shaft!r}: speeds are free in this run, {data.attrs['independent_speeds']}"
+    require(recorded, f"{free}; run it with power=True, which records the speeds of all shafts")
+    return (1.0 if ratio >= 0 else -1.0) * data["shaft_speed"].sel(shaft=shaft).values
 
 
 def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
@@ -136,7 +145,10 @@ def mesh_order(data: xr.Dataset, reference: np.ndarray | None = None) -> float:
 
     reference   (n,) speed of another shaft [rad/s] whose revolutions count instead
     """
-    speed = float(np.abs(data["speed"].values if reference is None else reference).max())
+    if reference is not None:  # the mean, as a recorded speed vibrates
+        turned = float(np.abs(reference).mean())
+        return round(2 * np.pi * float(data["mesh_frequency"].mean()) / turned, 9) if turned > 0 else np.nan
+    speed = float(np.abs(data["speed"]).max())
     cycles = 2 * np.pi * float(data["mesh_frequency"].max()) / speed if speed > 0 else np.nan
     return round(cycles, 9)
 

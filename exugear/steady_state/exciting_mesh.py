@@ -40,7 +40,7 @@ class ExcitingMesh:
     law           force law without offsets
     equilibrium   in which the states are 0
     phase         of the driving flank at the beginning of the common period of all meshes that excite
-    cycles        number of mesh cycles in the common period
+    cycles        number of mesh cycles in the common period, a multiple of the pitches of the law
     """
 
     law: MeshForce
@@ -61,8 +61,9 @@ class ExcitingMesh:
         if isfinite(self.law.backlash):
             coast = phases if self.law.coast is None else self.law.coast.jumps
             phases = np.concatenate([phases, self.law.back_phase - coast])
-        first = (phases - self.phase) % 1.0
-        return ((first + np.arange(self.cycles)[:, None]) / self.cycles).ravel()
+        pitches = self.law.pitches
+        first = (phases - self.phase) % pitches
+        return ((first + np.arange(0, self.cycles, pitches)[:, None]) / self.cycles).ravel()
 
 
 def times_between_jumps(meshes: tuple[ExcitingMesh, ...]) -> np.ndarray:

@@ -11,7 +11,7 @@ the geometric stiffness by which the mean force changes its direction with the s
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from math import acos, lcm
+from math import acos, gcd, lcm
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ import numpy as np
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.layout import OFFSETS
 from exugear.modal.linear_system import LinearSystem, linear_gearbox
-from exugear.modal.mesh_tangents import MeshTangent, mesh_tangent
+from exugear.modal.mesh_tangents import MeshTangent, averaged_phases, mesh_tangent
 from exugear.modal.operating_point import in_loaded_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Mesh, Model
@@ -38,7 +38,7 @@ from exugear.steady_state.steady_system import SteadySystem
 from fem.gear.involute import involute
 from fem.support.validation import require
 
-#: Number of phases at which the stiffness of the further meshes is compared.
+#: Number of phases in a pitch at which the stiffness of the further meshes is compared.
 PHASES = 8
 #: Mesh cycles of the common period at most; rounding of ratios of mesh frequencies.
 LONGEST_PERIOD, ROUNDING = 1000, 1e-9
@@ -58,11 +58,11 @@ def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, 
         meshes = in_equilibrium.meshes
         tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
         further = [mesh for i, mesh in enumerate(meshes) if i not in stages and system.mesh_force[i]]
-        variation = max((_variation(model.mbs, mesh.contact) for mesh in further), default=0.0)
+        variation = max((_variation(model.mbs, mesh) for mesh in further), default=0.0)
     of_stages = [_reduced_mesh(model, meshes[i], system, i, x, q) for i, x in zip(stages, tangents, strict=True)]
     first = of_stages[0].phase
     exciting = [
-        ExcitingMesh(mesh.law, mesh.equilibrium, (mesh.phase - first * number / cycles[0]) % 1.0, number)
+        ExcitingMesh(mesh.law, mesh.equilibrium, (mesh.phase - first * number / cycles[0]) % mesh.law.pitches, number)
         for mesh, number in zip(of_stages, cycles, strict=True)
     ]
     stiffness = system.stiffness + sum(mesh.stiffness for mesh in of_stages)
@@ -123,22 +123,27 @@ def exciting_stages(model: Model, stages: Sequence[int], idle: Sequence[str]) ->
 
 
 def common_period(model: Model, stages: Sequence[int]) -> list[int]:
-    """Numbers of mesh cycles of stages in their shortest common period.
+    """Numbers of mesh cycles of stages in their shortest common period, in which their laws repeat, too.
 
     Raises ValueError where it takes more than `LONGEST_PERIOD` cycles of the first of them.
     """
     cycles = model.mesh_cycles[[*stages]] / model.mesh_cycles[stages[0]]
     ratios = [Fraction(x).limit_denominator(LONGEST_PERIOD) for x in cycles]
-    period = lcm(*(ratio.denominator for ratio in ratios))
+    pitches = [model.plan.laws[model.gearbox.labels[stage]].pitches for stage in stages]
+    periods = [ratio.denominator * (n // gcd(n, ratio.numerator)) for ratio, n in zip(ratios, pitches, strict=True)]
+    period = lcm(*periods)
     common = period <= LONGEST_PERIOD and np.allclose([float(ratio) for ratio in ratios], cycles, ROUNDING, 0.0)
     shorter = f"stage must hold stages with a common period of at most {LONGEST_PERIOD} mesh cycles"
-    require(common, f"{shorter}, got {[*stages]}; take fewer of them at a time")
+    several = f", whose laws run over {pitches} pitches" if max(pitches) > 1 else ""
+    remedy = "take fewer of them at a time" + (", or laws over fewer pitches" if several else "")
+    require(common, f"{shorter}, got {[*stages]}{several}; {remedy}")
     return [int(period * ratio) for ratio in ratios]
 
 
-def _variation(mbs, contact: int) -> float:
+def _variation(mbs, mesh: Mesh) -> float:
     """Range of the tangent stiffness of a mesh over its cycle, over twice its mean."""
-    stiffness = [mesh_tangent(mbs, contact, phase)[1].stiffness for phase in np.arange(PHASES) / PHASES]
+    phases = averaged_phases(mesh.law.pitches, PHASES)
+    stiffness = [mesh_tangent(mbs, mesh.contact, phase)[1].stiffness for phase in phases]
     return float(np.ptp(stiffness) / 2 / np.mean(stiffness))
 
 
@@ -177,7 +182,7 @@ def _tilting_stiffness(law: MeshForce, at_offsets: MeshForce, force: float) -> f
     axis, offsets = law.offsets["misalignment"], {"a": 0.0, "axial": 0.0} | dict(at_offsets.fixed_offsets)
     offsets["misalignment"] = float(np.clip(offsets["misalignment"], axis[0] + STEP, axis[-1] - STEP))
     values = tuple(offsets[name] for name in OFFSETS)
-    phases = np.arange(PHASES) / PHASES
+    phases = averaged_phases(law.pitches, PHASES)
     deflections = [at_offsets.deflection_at(phase, abs(force)) for phase in phases]
     tables = law.table.head, at_offsets.table.head
     return float(np.mean([tilting_stiffness_at(*tables, *x, values) for x in zip(phases, deflections, strict=True)]))

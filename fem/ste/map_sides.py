@@ -14,10 +14,13 @@ from fem.ste.ste_map import (
     TE,
     TORQUE,
     UNLOADED_RIGHT,
+    deviating_teeth,
     pair_of,
+    pitches_of,
 )
 
 SIDES_DIFFER = "left and right flanks differ"
+TEETH_DIFFER = "teeth differ, which the mirror image has in the opposite order"
 #: Points along and across a flank at which its two halves are compared; difference that counts as rounding [m].
 COMPARED, EVEN_GAP = 101, 1e-15
 
@@ -35,11 +38,12 @@ def left_torques(ste: xr.Dataset) -> xr.Dataset:
 def right_torques(ste: xr.Dataset) -> xr.Dataset:
     """The part of a map under torques < 0 as a map of the pair turned by half a turn about the line of centres.
 
-    There the right flanks are the left ones: te and torque are > 0, the phases those of the right flanks in [0, 1), and
+    There the right flanks are the left ones: te and torque are > 0, the phases those of the right flanks from 0 on, and
     z points the other way, as the coast flank of a force law counts misalignment, axial offset and force centroid.
     The torques begin with 0 where the map has te_unloaded_right.
     """
-    phase = (pair_of(ste).back_phase - ste[PHASE].values) % 1.0 % 1.0
+    pitches = float(pitches_of(ste))
+    phase = (pair_of(ste).back_phase - ste[PHASE].values) % pitches % pitches
     loaded = ste.isel({TORQUE: np.flatnonzero(ste[TORQUE].values < 0)[::-1]})
     te = -loaded[TE].assign_coords({TORQUE: -loaded[TORQUE].values})
     loaded = loaded.drop_vars([TE, UNLOADED_RIGHT], errors="ignore").assign_coords({TORQUE: te[TORQUE]})
@@ -68,6 +72,8 @@ def why_unlike(ste: xr.Dataset) -> str:
     gears = pair.pinion, pair.wheel
     if any(gear.drive_flank != gear.coast_flank for gear in gears):
         return SIDES_DIFFER
+    if deviating_teeth(pair) != (1, 1):
+        return TEETH_DIFFER
     if not all(map(halves_alike, gears)):
         return "the flanks are not the same on both halves of the width"
     fixed = [name for name in (*ANGLES, "axial") if float(ste.attrs.get(name, 0.0)) != 0.0 and name not in ste.dims]

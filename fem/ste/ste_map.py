@@ -1,7 +1,7 @@
 """The STE map as data: its axes and variables with their units, checks, load and save."""
 
 from dataclasses import fields
-from math import floor
+from math import floor, lcm
 from pathlib import Path
 from typing import Any
 
@@ -218,19 +218,48 @@ def description(name: str) -> dict[str, str]:
     return dict(zip(("units", "long_name"), (AXES | VARIABLES)[name], strict=True))
 
 
+def pitches_of(data: xr.Dataset) -> int:
+    """Number of pitches over which a map runs."""
+    return int(data.attrs.get("pitches", 1))
+
+
+def deviating_teeth(pair: GearPair, *, both_sides: bool = False) -> tuple[int, int]:
+    """Numbers of teeth of pinion and wheel after which their left flanks repeat: 1 where all are equal.
+
+    both_sides   whether the right flanks count, too
+    """
+
+    def repeats_after(gear: Gear) -> int:
+        sides = (gear.drive_flank, gear.coast_flank) if both_sides else (gear.drive_flank,)
+        return 1 if all(map(equal_on_all_teeth, sides)) else abs(gear.z)
+
+    return repeats_after(pair.pinion), repeats_after(pair.wheel)
+
+
+def _teeth_of(data: xr.Dataset) -> tuple[int, int]:
+    """`deviating_teeth` of the pair of a map, on the sides that it loads."""
+    if "pinion_flank" not in data.attrs:
+        return 1, 1
+    return deviating_teeth(pair_of(data), both_sides=bool(data[TORQUE].values.min() < 0))
+
+
 def _check_pitches_alike(data: xr.Dataset) -> None:
     """ValueError unless the map covers a single pitch, and all pitches of the pair are alike."""
-    pitches = data.attrs.get("pitches", 1)
+    pitches = pitches_of(data)
     remedy = "average them or select one, as fem.ste_map of the pair without its PitchDeviation"
     require(pitches == 1, f"the map runs over {pitches} pitches, which differ from one another; {remedy}")
-    pair = pair_of(data) if "pinion_flank" in data.attrs else None
     unlike = "the map is of one pitch, but no two are alike under the PitchDeviation of its flanks"
     remedy = "map the pair without it, or map all pitches and average them as fem.ste_map of that pair"
-    gears = () if pair is None else (pair.pinion, pair.wheel)
-    flanks = [gear.drive_flank for gear in gears]
-    flanks += [gear.coast_flank for gear in gears if data[TORQUE].values.min() < 0]
-    equal = all(map(equal_on_all_teeth, flanks))
-    require(equal, f"{unlike}; {remedy}")
+    require(_teeth_of(data) == (1, 1), f"{unlike}; {remedy}")
+
+
+def check_period(data: xr.Dataset) -> None:
+    """ValueError unless the teeth that meet at the end of the map are those of its beginning."""
+    pitches, teeth = pitches_of(data), _teeth_of(data)
+    period = lcm(*teeth)
+    runs = f"the map runs over {pitches} pitch{'es' * (pitches > 1)}, but under the PitchDeviation of its flanks"
+    whole = f"map all of them, phases=np.arange({16 * period}) / 16, or map the pair without it"
+    require(pitches % period == 0, f"{runs} the teeth that meet are the same again after {period} pitches; {whole}")
 
 
 def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
@@ -264,8 +293,11 @@ def offset_axes(data: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
-    """A variable of a map over (torque, a, misalignment, axial, phase), axes of one value dropped."""
-    _check_pitches_alike(check_whole_cycle(data))
+    """A variable of a map over (torque, a, misalignment, axial, phase), axes of one value dropped.
+
+    Raises ValueError where the phases leave a gap in the mesh cycle, or end before the teeth repeat.
+    """
+    check_period(check_whole_cycle(data))
     return (
         data[name]
         .squeeze([d for d in data[name].dims if d in LAW_OFFSETS and data[d].size == 1])
@@ -273,15 +305,15 @@ def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
     )
 
 
-def at_phases(phase: np.ndarray, values: np.ndarray, queries: np.ndarray) -> np.ndarray:
+def at_phases(phase: np.ndarray, values: np.ndarray, queries: np.ndarray, pitches: int = 1) -> np.ndarray:
     """(..., n_query) values at phases between those of values (..., n_phase), by a periodic cubic spline."""
-    return np.moveaxis(periodic_spline(phase, np.moveaxis(values, -1, 0))(queries), 0, -1)
+    return np.moveaxis(periodic_spline(phase, np.moveaxis(values, -1, 0), pitches)(queries), 0, -1)
 
 
-def periodic_spline(phase: np.ndarray, values: np.ndarray) -> Any:
-    """scipy's periodic CubicSpline through values (n_phase, ...) at phases (n_phase,) of a pitch."""
+def periodic_spline(phase: np.ndarray, values: np.ndarray, pitches: int = 1) -> Any:
+    """scipy's periodic CubicSpline through values (n_phase, ...) at phases (n_phase,) of a number of pitches."""
     closed = np.concatenate([values, values[:1]])
-    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, bc_type="periodic")
+    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + pitches), closed, bc_type="periodic")
 
 
 def pair_attributes(pair: GearPair) -> dict[str, float | str]:

@@ -43,7 +43,9 @@ def published_set() -> dict[str, Any]:
     return pairs | {name: exugear.Shaft(name, x, inertia=0.5, mass=50.0) for name, x in parts.items()}
 
 
-def planetary_box(held: str = "ring", law: exugear.MeshForce | None = None, **changes: Any) -> exugear.Gearbox:
+def planetary_box(
+    held: str | tuple[str, ...] = "ring", law: exugear.MeshForce | None = None, **changes: Any
+) -> exugear.Gearbox:
     """A gearbox of such a set alone; driving and driven among the changes belong to the gearbox."""
     ends = {name: changes.pop(name) for name in ("driving", "driven") if name in changes}
     return exugear.Gearbox([planetary(law, **changes)], held=held, **ends)
@@ -67,3 +69,26 @@ def planar_box(
         for name, listed in parts.items()
     }
     return planetary_box(held, law, **{"pin": PIN} | shafts | changes)
+
+
+def helical_box(
+    law: exugear.MeshForce | None = None,
+    held: str | tuple[str, ...] = "ring",
+    bearing: exugear.Bearing | None = PIN,
+    ring_parts: tuple = (),
+    **changes: Any,
+) -> exugear.Gearbox:
+    """A gearbox of a helical set on elastic pins in space; bearing: of sun, ring and carrier, None: ideal ones."""
+    beta, sizes = 15 * deg, {"z": 30, "m_n": 3 * mm, "alpha_n": 20 * deg, "b": 25 * mm, "d_bore": 30 * mm}
+    sun, planet = (fem.Gear(**sizes, beta=angle) for angle in (beta, -beta))
+    a = 90 * mm / np.cos(beta)
+    pairs = {"sun_pair": fem.GearPair(sun, planet, a=a), "ring_pair": exugear.RingPair(planet, -90, a=-a)}
+    parts = {"sun": [sun], "ring": [pairs["ring_pair"].wheel, *ring_parts], "carrier": []}
+    sizes_of = {"sun": {}, "ring": {"inertia": 0.05, "mass": 5.0}, "carrier": {"inertia": 0.02, "mass": 5.0}}
+    shafts = {
+        name: exugear.Shaft(
+            name, {0.0: on_it} if (on_it := [*listed, *[bearing] * bool(bearing)]) else {}, **sizes_of[name]
+        )
+        for name, listed in parts.items()
+    }
+    return planetary_box(held, law, **{"pin": PIN} | pairs | shafts | changes)

@@ -7,11 +7,13 @@ import helical_and_spur
 import measured_table
 import numpy as np
 import parameter_variation
+import planet_phasing
 import pytest
 import run_report
 import shuttling
 import steady_states
 import tip_relief
+import wind_turbine
 
 import exugear
 from fem.units import um
@@ -104,3 +106,23 @@ def test_run_up_and_coast_down_leave_their_branches_at_the_folds(tmp_path):
     assert steady_states.jump(sweeps["run-up"]) == pytest.approx(upper, rel=0.02)
     assert steady_states.jump(sweeps["coast-down"]) == pytest.approx(lower, rel=0.04)
     assert states["stable"].values[states["mesh_frequency"].values < 0.9 * lower].all()
+
+
+@pytest.mark.slow
+def test_what_planets_in_sequence_take_from_the_torque_the_orbit_of_the_sun_gains(tmp_path):
+    """The published sums by a linear rule: within 5 % of a run on maps of helical gears."""
+    numbers = planet_phasing.main(tmp_path, quick=True)
+    assert numbers["rule"] == pytest.approx([0.0585, 0.1273, 0.9674, 0.2060], abs=1e-4)
+    assert numbers["torque"] == pytest.approx(numbers["rule"], rel=0.05)
+    assert numbers["in phase"].max() < 1e-6 * numbers["in sequence"].min()
+    assert numbers["in sequence"].min() > 5 * um
+
+
+@pytest.mark.slow
+def test_a_displaced_pin_fills_the_orders_between_those_that_equal_planets_excite(tmp_path):
+    equal, unequal = wind_turbine.main(tmp_path, quick=True).values()
+    passes = equal["order"].values % 3 == 0
+    assert equal["level"].values[~passes].max() < -60
+    assert equal["level"].sel(order=93) == 0 and equal["level"].sel(order=[90, 96]).values == pytest.approx(-6, abs=0.1)
+    assert unequal["mean_amplitude"].values[~passes].min() > 1000 * equal["mean_amplitude"].values[~passes].max()
+    assert unequal["cause"].sel(order=92).item().startswith("once per turn of carrier or ring")

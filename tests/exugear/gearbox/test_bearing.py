@@ -72,6 +72,15 @@ def test_force_and_tangent_of_a_bearing_follow_from_its_energy(x, y, lever):
         assert -np.subtract(*slopes) / (2 * h) == pytest.approx(tangent, rel=1e-2, abs=1e4)
 
 
+def test_a_bearing_is_read_from_a_table_with_units(tmp_path):
+    path = tmp_path / "bearing.csv"
+    path.write_text("# rig 3\nforce [kN]; displacement [um]\n1.1; 20\n0; 0\n0.1; 10\n")
+    assert Bearing.from_table(path, axial=1e8) == Bearing(axial=1e8, table=([0, 10 * um, 20 * um], [0, 100, 1100]))
+    path.write_text("force, displacement\n0, 0\n")
+    with pytest.raises(ValueError, match="header"):
+        Bearing.from_table(path)
+
+
 def test_forces_beyond_a_table_are_refused():
     bearing = Bearing(axial=1e8, table=([0, 10 * um, 20 * um], [0, 100, 1100]))
     assert bearing.radial_force([5 * um, 15 * um]) == pytest.approx([50, 600])

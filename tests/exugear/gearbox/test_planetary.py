@@ -111,7 +111,7 @@ def test_harmonics_that_leave_the_torque_push_the_sun():
         ({"planets": 4, "angles": (0.0, pi)}, "planets is 4, but angles hold 2; leave one"),
         ({"ring_pair": exugear.RingPair(GEAR, -91, a=-91.5 * mm)}, "a of sun_pair and -a of ring_pair must agree"),
         ({"sun_pair": None}, "sun_mesh is a MeshForce, which knows no gears; pass sun_pair too"),
-        ({"pin_errors": (1 * um, 0.0)}, r"pin_errors must be \(3,\) or \(3, 2\)"),
+        ({"pin_errors": (1 * um, 0.0)}, r"pin_errors must be \(3,\), \(3, 2\) or \(3, 4\)"),
         ({"planet": [GEAR, GEAR]}, "planet must have an entry for each of 3 planets, got 2"),
         ({"carrier": members()["sun"]}, "carrier must be a third shaft"),
     ],

@@ -99,6 +99,15 @@ def test_a_stage_without_load_beside_a_loaded_one_has_no_factor():
     assert np.isnan(factor[1]).all()
 
 
+def test_a_mesh_that_only_turns_a_free_member_has_no_factor():
+    """Its forces of inertia are some 1e-4 of those of the loaded mesh: the free sun of a set of Ravigneaux had 28."""
+    run = ran(two_stages(), duration=0.1, speed=300 * rpm).data
+    free = run.assign(mesh_force=run["mesh_force"] * xr.DataArray([1.0, 2e-4], dims="stage"))
+    factor = exugear.dynamic_factor(free, windows=5)["K_v"].values
+    assert np.isfinite(factor[0]).all()
+    assert np.isnan(factor[1]).all()
+
+
 def test_steady_states_have_the_factor_of_their_largest_force():
     forces, speeds = np.array([2000.0, 3000.0, 2500.0]), np.array([10.0, 20.0, 15.0])
     states = xr.Dataset({"largest_force": ("point", forces), "speed": ("point", speeds)})

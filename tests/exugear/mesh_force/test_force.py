@@ -156,13 +156,15 @@ def with_flank(ste, flank):
     return ste_map(pair, ste["torque"].values, ste["phase"].values, ste["te"].values)
 
 
-def test_maps_of_gears_with_unequal_pitches_are_refused(law):
-    """A map of unequal pitches would jump from its end to its beginning; deviations common to all teeth do not jump."""
+def test_a_map_that_ends_before_the_teeth_repeat_is_refused(law):
+    """It would jump from its end to its beginning; deviations common to all teeth do not jump."""
     worn = PitchDeviation(np.linspace(0, 8 * um, 57))
     for make in (MeshForce.from_ste, lambda ste: MeshForce.secant(ste, 150)):
-        with pytest.raises(ValueError, match=r"one pitch, but no two are alike .* map the pair without it"):
+        with pytest.raises(
+            ValueError, match=r"1 pitch, .* again after 57 pitches; map all .*, or map the pair without"
+        ):
             make(with_flank(smooth_map(), worn))
-    with pytest.raises(ValueError, match="no two are alike"):
+    with pytest.raises(ValueError, match="again after 57 pitches"):
         MeshForce.from_ste(with_flank(smooth_map(), Sides(left=worn)))
     for harmless in (PitchDeviation(np.full(57, 3 * um)), Sides(right=worn)):
         same = MeshForce.from_ste(with_flank(smooth_map(), harmless), damping=1000.0)

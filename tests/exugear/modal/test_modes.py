@@ -140,6 +140,17 @@ def test_mean_stiffness_is_that_over_the_mesh_cycle_and_a_phase_takes_its_tangen
         assert at == pytest.approx(stiffness, rel=1e-3)
 
 
+@pytest.mark.parametrize("pitches", [2, 11])
+def test_mean_stiffness_over_several_pitches_is_that_of_all(pitches):
+    """A pitch half as stiff as the others; of many pitches each has some of the phases."""
+    law = rectangular_law()
+    softer = [law.force_table * (0.5 if n == 0 else 1.0) for n in range(pitches)]
+    phase = (np.arange(pitches)[:, None] + law.phase).ravel()
+    whole = exugear.MeshForce(phase, law.deflection, np.concatenate(softer), pitches=pitches)
+    mean = exugear.modes(pair_of_shafts(law=whole), load=150.0)["mesh_stiffness"].item()
+    assert mean == pytest.approx(K * (1 - 0.5 / pitches), rel=0.02)
+
+
 def test_nonlinear_bearings_are_stiffer_under_a_larger_load():
     soft_then_stiff = exugear.Bearing(table=([0.0, 5e-6, 50e-6], [0.0, 250.0, 45250.0]), axial=1e8, tilt=1e5)
     model = exugear.build(smooth_box(soft_then_stiff))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from modal_boxes import FOUR_PLANETS, THREE_PLANETS
-from planetary_boxes import planar_box, planetary_box
+from planetary_boxes import PIN, helical_box, planar_box, planetary_box, waving_law
 
 import exugear
 import fem
@@ -69,6 +69,36 @@ def test_a_set_of_spins_has_rotational_and_planet_modes():
     """N = 3: three spins of planets apart, two modes of which move no other member."""
     kinds = exugear.modes(exugear.build(planetary_box()), load=400.0, drive="free")["kind"].values.tolist()
     assert (kinds.count("planet"), kinds.count("rotational")) == (2, len(kinds) - 2)
+
+
+@pytest.mark.parametrize("planets", [3, 4])
+def test_a_helical_set_has_single_axial_modes_and_pairs_that_tilt(planets):
+    """Eritenel and Parker (2009): 12 single modes, 12 pairs, and 6 (N - 3) in which planets move alone.
+
+    Of the single modes that of the planets' tilts about their radii moves hardly anything beside them.
+    """
+    support = exugear.TorqueSupport(1e8)
+    box = helical_box(waving_law(amplitude=0.0), (), ring_parts=(support,), planets=planets)
+    data = exugear.modes(exugear.build(box), load=100.0, drive="free")
+    kinds, frequency = data["kind"].values, data["frequency"].values
+    assert frequency[0] == 0.0
+    assert ((kinds == "translational").sum(), kinds.size) == (24, 12 + 24 + 6 * (planets - 3))
+    pairs = frequency[kinds == "translational"].reshape(-1, 2)
+    assert pairs[:, 0] == pytest.approx(pairs[:, 1], rel=1e-4)
+
+
+def test_modes_in_space_hold_those_in_the_plane_and_whirls_seen_from_the_carrier():
+    """The sun tilts at J_t w^2 -+ J s w - k = 0, but for the mesh force: w -+ W in the carrier's frame."""
+    box, speed = planar_box(bearings=PIN), 2000.0
+    built = [exugear.build(box, plan=plan) for plan in (exugear.plan(box), exugear.plan(box).with_bodies())]
+    for at in (0.0, speed):
+        planar, space = (exugear.modes(model, load=400.0, speed=at)["frequency"].values for model in built)
+        assert max(np.abs(space / frequency - 1).min() for frequency in planar) < 1e-9
+    sun = box.shafts[0]
+    root = np.sqrt((sun.inertia * speed) ** 2 + 4 * sun.transverse * 1e6)
+    forward, backward = (root + side * sun.inertia * speed for side in (1, -1))
+    whirls = np.array([forward / (2 * sun.transverse) - speed / 4, backward / (2 * sun.transverse) + speed / 4])
+    assert np.abs(space[:, None] / (whirls / (2 * np.pi)) - 1).min(axis=0).max() < 1e-4
 
 
 def test_pins_and_supports_stand_among_the_elements():

@@ -335,3 +335,19 @@ def test_bodies_whose_axes_do_not_fit_are_refused():
         mbs.CreateGearContact(itemNumbers=planar, **given, localAxes=[AHEAD, AHEAD])
     with pytest.raises(ValueError, match="must be parallel"):
         mbs.CreateGearContact(itemNumbers=[planar[0], wheel], **given)
+
+
+@pytest.mark.parametrize("node", [EULER, RXYZ])
+def test_a_law_over_several_pitches_needs_teeth_that_the_attitude_tells_apart(node):
+    """Of 57 teeth a law over three pitches repeats within a turn of the pinion, one over two does not."""
+    mbs, pair = exu.SystemContainer().AddSystem(), paper_pair()
+    bodies = bodies_along(mbs, pair, FRAMES["x"], node, AHEAD)
+
+    def contact(pitches: int):
+        phase = np.arange(2 * pitches) / 2
+        law = exugear.MeshForce(phase, [0.0, 1e-4], np.tile([0.0, K * 1e-4], (phase.size, 1)), pitches=pitches)
+        return mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=law, localAxes=[AHEAD, AHEAD])
+
+    with pytest.raises(ValueError, match="divisor of 57 pitches, got 2"):
+        contact(2)
+    contact(3)

@@ -1,5 +1,6 @@
 """Displacement, stiffness and loads of rolling bearings: published numbers, closed forms, symmetry, convexity."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -87,6 +88,15 @@ def test_a_thousand_bearings_find_their_displacements():
     for bearing, force in random_bearings(1000):
         loaded = bearing.under(force)
         assert loaded.force == pytest.approx(force, rel=1e-6, abs=1e-6 * np.abs(force).max())
+
+
+def test_a_bearing_that_has_moved_to_another_process_has_its_own_law():
+    bearing, force = every_kind()["tapered O"], (800.0, 0, 300.0, 0, 0)
+    loaded = bearing.under(force)
+    moved = pickle.loads(pickle.dumps(bearing))
+    assert moved == bearing
+    assert "law" not in vars(moved)
+    assert moved.under(force).displacement == pytest.approx(loaded.displacement, rel=1e-12)
 
 
 def test_loads_that_are_not_carried_are_refused_in_words():

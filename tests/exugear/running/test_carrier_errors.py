@@ -5,7 +5,7 @@ from math import cos, pi
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, SUN_PAIR, members, planetary, waving_law
+from planetary_boxes import GEAR, SUN_PAIR, members, planar_box, planetary, waving_law
 
 import exugear
 from fem.units import deg, um
@@ -44,6 +44,18 @@ def test_an_axis_beside_the_others_varies_the_shares_once_in_a_turn_of_the_carri
         assert shares == pytest.approx(expected, abs=1e-3 * X)
 
 
+def test_on_elastic_pins_a_displaced_carrier_varies_the_shares_by_less():
+    """1/k = 1 / (2 k_m cos^2 alpha) + 1 / k_pin."""
+    carrier = exugear.Shaft("carrier", {}, inertia=0.02, mass=5.0, offset=exugear.Placement(x=SHIFT))
+    box = planar_box(sun_bearing=None, law=waving_law(amplitude=0.0), carrier=carrier)
+    options = {"sample": 2e-3, "tolerance": 1e-2, "progress": False, "checks": 0}
+    data = exugear.run_up(exugear.build(box), speed=100.0, load=LOAD, duration=0.05, **options).data
+    forces = data["mesh_force"].values.reshape(3, 2, -1).sum(axis=1)
+    soft = SHIFT / (LOAD / SUN_PAIR.a) / (1 / (2 * 5e8 * cos(ALPHA) ** 2) + 1 / 1e8)
+    turned_by = np.arange(3)[:, None] * 2 * pi / 3 + 25.0 * data["time"].values
+    assert forces / forces.sum(axis=0) == pytest.approx(1 / 3 + soft * np.sin(turned_by), abs=2e-2 * soft)
+
+
 def test_an_eccentric_carrier_gives_shares_that_stay():
     """The pins are displaced by e sin(at - psi) in the carrier's frame: 1/3 - X sin(at - psi) throughout."""
     _, shares = turned(0.3, eccentricity=(SHIFT / 4, AT))
@@ -64,7 +76,7 @@ def test_axes_that_cannot_be_followed_are_refused_in_words():
 
 @pytest.mark.parametrize("planet", [0, 1])
 def test_a_planet_with_thinner_teeth_takes_less_whichever_flanks_drive(planet):
-    """Its pin would have to lie half of the thickness behind: (1 - (N - 1) X) / N with e = thickness / 2."""
+    """As with its pin displaced by half of the thickness with the force on it: (1 - (N - 1) X) / N."""
     thinner = 1 * um
     thin = replace(GEAR, s_n=GEAR.s_n - thinner)
     planets = [thin if n == planet else GEAR for n in range(3)]

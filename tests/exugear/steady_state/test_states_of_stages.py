@@ -14,7 +14,7 @@ import fem
 from exugear.steady_state import steady_system
 from exugear.steady_state.gearbox_reduction import reduced
 from exugear.steady_state.steady_system import SteadySystem, not_forgotten
-from fem.units import mm, rpm
+from fem.units import mm, rpm, um
 
 
 def idler_train(law=None, damping: float = 2700.0) -> exugear.Model:
@@ -164,3 +164,23 @@ def test_what_a_long_period_forgets_is_left_out_of_its_slopes(monkeypatch):
     monkeypatch.setattr(steady_system, "not_forgotten", lambda *unchanged: unchanged)
     assert columns[-1] < system.size / 2
     assert slopes == pytest.approx(system.periods_end(states, frequency, 8).slopes, abs=1e-10)
+
+
+def test_the_common_period_holds_all_pitches_of_a_law():
+    """Two pitches, one 2 um behind: the orbit is that of a run, with half the mesh frequency in it."""
+    single = smooth_map()
+    te, phase = single["te"].values, single["phase"].values
+    behind = 2 * um * (1 - np.cos(np.pi * np.r_[phase, phase + 1])) / 2
+    both = fem.ste_map(
+        fem.pair_of(single), single["torque"].values, np.r_[phase, phase + 1], np.tile(te, 2) + behind, pitches=2
+    )
+    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()}) for name in ("fast", "slow")]
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, both, damping=8000.0)]))
+    assert "phase of 2 pitches (3.19 MB)" in str(model.plan)
+    data = exugear.steady_states(model, speed=(1500 * rpm, 1530 * rpm), load=LOAD, stage=(0,))
+    assert data.attrs["common_period"] == 2
+    orbit = data.isel(point=int(np.flatnonzero(data["stable"])[0]))
+    dte = settled_dte(model, orbit, LOAD, 4e-6, 40)
+    agree(orbit, dte)
+    half = np.abs(np.fft.rfft(dte[0] - dte[0].mean()))
+    assert half[:30].argmax() == 20
