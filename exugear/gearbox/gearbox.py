@@ -160,8 +160,11 @@ class Gearbox:
 
     @cached_property
     def inertias(self) -> dict[str, float]:
-        """Inertia of each shaft about z [kg m^2], of a carrier with the masses of its planets on their circle."""
-        by_name = {shaft.name: shaft.inertia for shaft in self.shafts}
+        """Inertia of each shaft about z [kg m^2], of a carrier with the masses of its planets on their circle.
+
+        That of the end of an elastic shaft, which turns on its own, is left out.
+        """
+        by_name = {shaft.name: shaft.body_inertia for shaft in self.shafts}
         for shaft in self.shafts:
             if carrier := self.planets.get(shaft.name):
                 by_name[carrier.name] += shaft.mass * self._orbit(shaft, carrier) ** 2

@@ -3,81 +3,35 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, pi, sqrt
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.beam import Beam, beam_of, twist_shapes, whirl_frequencies
 from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.disc import Disc, require_all, require_possible
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.shaft_sections import Section, bounds_of, cylinders_of, mass_of, ring_on, sections_of
 from exugear.mesh_force.ring_pair import Ring
 from fem.gear.gear import Gear
-from fem.gear.material import cylinder
+from fem.gear.material import STEEL, Material
 from fem.support.arguments import DERIVED, Finite, checked
-from fem.support.plausibility import check_density, check_rotor_mass, check_torsion
+from fem.support.plausibility import check_rotor_mass, check_torsion
 from fem.support.representation import short
 from fem.support.validation import number, require, text_of
 from fem.units import mm
 
-#: Range of the radius of gyration of discs [m] and largest relaxation time of couplings [s], beyond which the user is
-#: taken to mean another unit; stiffness [N m/rad] from which on the user is taken to mean a rigid coupling.
-GYRATION, RELAXATION, RIGID = (1e-5, 5.0), 1.0, 1e12
+#: Largest relaxation time of couplings [s], beyond which the user is taken to mean another unit; stiffness [N m/rad]
+#: from which on the user is taken to mean a rigid coupling.
+RELAXATION, RIGID = 1.0, 1e12
+#: Relative difference of a field from its value by the sections that is rounding.
+ROUNDING = 1e-9
+#: Distance of a coupling from the end of a shaft that is rounding [m]; longest element over the diameter of a shaft.
+AT_END, ELEMENT = 1e-6, 0.125
 #: Least eigenvalue of a stiffness matrix, scaled to a unit diagonal, that counts as support of a shaft.
 LEAST_HOLD = 1e-12
-
-
-def require_all(owner: str, values: object, names: Mapping[str, str], low: float = 0.0) -> None:
-    """Require low < value < inf for attributes of an object; names: attribute -> unit."""
-    for name, unit in names.items():
-        value = getattr(values, name)
-        require(low < value < inf, f"{name} of {owner} must be > {low:g} {unit} and finite, got {value}")
-
-
-def _require_possible(owner: str, values: "Disc | Shaft") -> None:
-    """Require that the inertia about z is at most the sum of those about x and y."""
-    got = f"got {values.inertia:g} and {values.transverse:g} kg m^2"
-    possible = values.inertia <= 2 * values.transverse * (1 + 1e-9)
-    remedy = "pass a transverse inertia of half the inertia or more"
-    require(possible, f"inertia of {owner} cannot exceed twice its transverse inertia, {got}; {remedy}")
-
-
-@checked
-@short(mass="kg", inertia="kg m^2", transverse="kg m^2")
-@dataclass(frozen=True)
-class Disc:
-    """A rigid body that turns with its shaft: a flywheel, a hub, the material of the shaft.
-
-    mass         [kg]
-    inertia      about z [kg m^2]
-    transverse   inertia about x and y through the disc's centre of mass [kg m^2]
-
-    Raises ValueError for impossible inertias and for values that suggest another unit.
-    """
-
-    mass: float
-    inertia: float
-    transverse: float
-
-    def __post_init__(self):
-        require_all("a disc", self, {"mass": "kg", "inertia": "kg m^2", "transverse": "kg m^2"})
-        _require_possible("a disc", self)
-        gyration = sqrt(self.inertia / self.mass)
-        far = f"a disc of {self.mass:g} kg and {self.inertia:g} kg m^2 has a radius of gyration of {gyration:.3g} m"
-        least, largest = GYRATION
-        require(least < gyration < largest, f"{far}; pass kg and kg m^2: 85 kg cm^2 are 85e-4")
-
-    @classmethod
-    @checked
-    def cylinder(cls, length: float, d: float, d_bore: float = 0.0, density: float = 7850.0) -> "Disc":
-        """A hollow cylinder of a length and diameters [m] and a density [kg/m^3], by default that of steel."""
-        sizes = f"got length {length:g}, d {d:g}, d_bore {d_bore:g} m; pass metres: 30*mm"
-        require(0 < length < 10 and 0 <= d_bore < d < 10, f"a cylinder needs length > 0 and d > d_bore >= 0, {sizes}")
-        require(1 < density < 50e3, f"density must lie in (1, 50000) kg/m^3, got {density:g}")
-        body = cylinder(density, length, d, d_bore)
-        check_density(density)
-        check_rotor_mass(body.mass)
-        return cls(*body)
 
 
 @checked
@@ -171,18 +125,18 @@ class Rotor(NamedTuple):
     body: str
 
 
-def rotors_of(shaft: str, couplings: Sequence[Coupling]) -> tuple[Rotor, ...]:
-    """The rotors of a shaft, each before those behind it."""
+def rotors_of(shaft: str, couplings: Sequence[tuple[str, Coupling]]) -> tuple[Rotor, ...]:
+    """The rotors behind couplings, each before those behind it; couplings: by the body that bears each."""
     rotors: list[Rotor] = []
 
-    def add(couplings: Sequence[Coupling], body: str) -> None:
-        for coupling in couplings:
+    def add(couplings: Sequence[tuple[str, Coupling]]) -> None:
+        for body, coupling in couplings:
             number = f" {len(rotors) + 1}" if rotors else ""
             name = coupling.name or f"{shaft} rotor{number}"
             rotors.append(Rotor(name, coupling, f"{shaft} coupling{number}", body))
-            add(coupling.further, name)
+            add([(name, further) for further in coupling.further])
 
-    add(couplings, shaft)
+    add(couplings)
     return tuple(rotors)
 
 
@@ -230,7 +184,7 @@ def check_parts(name: str, parts) -> None:
 @short(parts="mm", inertia="kg m^2", mass="kg", transverse="kg m^2", length="mm")
 @dataclass(frozen=True)
 class Shaft:
-    """A rigid shaft along z with its gears. Without bearings it only spins; on bearings it also moves and tilts.
+    """A shaft along z with its gears. Without bearings it only spins; on bearings it also moves and tilts.
 
     A carrier is a shaft on which planets turn, with or without gears of its own.
 
@@ -245,6 +199,16 @@ class Shaft:
                  at their axial positions
     length       [m]; all parts must then lie within [0, length]
     offset       `Placement`: static displacement from the nominal position
+    sections     (diameter, length) or (diameter, length, inner diameter) [m] of each section, end to end from the axial
+                 position 0 on. The shaft is then elastic: mass, inertia and length follow from its sections, its discs,
+                 and the material of its gears outside of the sections; do not pass them. `exugear.plan` chooses the
+                 elastic coordinates that it needs. Without sections it is rigid
+    material     `fem.Material` of the sections
+    damping_ratio
+                 share of the critical damping in each elastic mode of the shaft
+    torque_at    axial position [m] of the end on which drive, load and the couplings there act: the shaft twists
+                 between it and its gears. By default that of the first coupling, else the end of the shaft that lies
+                 farther from its gears
 
     Raises ValueError for shafts without a body, parts outside the shaft, impossible inertias, and bearings that do not
     hold the shaft against displacement and tilt.
@@ -257,18 +221,48 @@ class Shaft:
     transverse: float = field(default=DERIVED, kw_only=True)
     length: float | None = field(default=None, kw_only=True)
     offset: Placement = field(default=NO_DISPLACEMENT, kw_only=True)
+    sections: Sequence[Sequence[float]] | None = field(default=None, kw_only=True)
+    material: Material = field(default=STEEL, kw_only=True)
+    damping_ratio: float = field(default=0.01, kw_only=True)
+    torque_at: float | None = field(default=None, kw_only=True)
     centre: float = field(init=False, repr=False)
 
     def __post_init__(self):
         listed = {axial: tuple(x) if isinstance(x, list) else x for axial, x in sorted(self.parts.items())}
         object.__setattr__(self, "parts", listed)
+        self._check_sections()
         self._check_parts()
         self._check_positions()
         self._fill_defaults()
         require_all(f"shaft {self.name!r}", self, {"inertia": "kg m^2", "mass": "kg", "transverse": "kg m^2"})
-        _require_possible(f"shaft {self.name!r}", self)
+        require_possible(f"shaft {self.name!r}", self)
+        self._check_rotors()
         self._check_support()
         self._check_beside_gears()
+
+    def _check_sections(self) -> None:
+        """Require what sections need, and that data of elastic shafts do not stand beside rigid ones."""
+        owner = f"shaft {self.name!r}"
+        ratio = f"damping_ratio of {owner} must lie in [0, 0.5), got {self.damping_ratio:g}"
+        require(0 <= self.damping_ratio < 0.5, f"{ratio}; steel shafts have 0.005 to 0.02")
+        if self.sections is None:
+            rigid = f"torque_at of {owner} needs sections=, between which and the gears the shaft twists"
+            require(self.torque_at is None, f"{rigid}; leave it out, or pass sections=[(d, length), ...]")
+            return
+        object.__setattr__(self, "sections", sections_of(owner, self.sections))
+        length = float(bounds_of(self.cylinders)[-1])
+        self._derive("length", length)
+        if self.torque_at is not None:
+            within = f"torque_at of {owner} must lie in [0, {length:g}] m, got {self.torque_at:g}"
+            require(0 <= self.torque_at <= length, within)
+
+    def _derive(self, name: str, value: float) -> None:
+        """Set a field by its value, which a shaft with sections may be given but not otherwise."""
+        given = getattr(self, name)
+        alike = given is None or not self.sections or abs(given - value) <= ROUNDING * value
+        other = f"sections of shaft {self.name!r} give its {name}, {value:.6g}, got {given}"
+        require(alike, f"{other}; leave {name} out, or add a Disc for what the sections lack")
+        object.__setattr__(self, name, value if given is None else given)
 
     def _check_parts(self) -> None:
         require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
@@ -279,8 +273,6 @@ class Shaft:
             of_kind = "Gear" if kind == Gear | Ring else "Bearing"
             twice = f"shaft {self.name!r} carries two of a kind at one position: {of_kind} at {positions} m"
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
-        names = [self.name, *(rotor.name for rotor in self.rotors)]
-        require(len({*names}) == len(names), f"rotors of shaft {self.name!r} share a name, got {names}; rename one")
         unloaded = [axial for axial, drag in self._parts_of(BearingDrag) if drag.needs_load]
         unknown = f"load of the BearingDrag at {unloaded} m of shaft {self.name!r} is not known; pass load=... [N]"
         require(not unloaded, f"{unknown}, or let an elastic Bearing carry it")
@@ -297,20 +289,17 @@ class Shaft:
         require(not outside, f"positions outside the shaft {self.name!r}: {remedy}")
 
     def _fill_defaults(self) -> None:
-        turning = self._parts_of(Disc) + [(axial, blank(gear)) for axial, gear in self._parts_of(Gear)]
+        turning = self.bodies
         total = sum(disc.mass for _, disc in turning)
         if not turning:
             self._fill_without_body()
             return
         object.__setattr__(self, "centre", sum(disc.mass * axial for axial, disc in turning) / total)
-        if self.mass is None:
-            object.__setattr__(self, "mass", total)
-        if self.inertia is None:
-            object.__setattr__(self, "inertia", sum(disc.inertia for _, disc in turning))
-        if self.transverse is None:
-            levers = [disc.mass * (axial - self.centre) ** 2 for axial, disc in turning]
-            widths = [disc.transverse - disc.inertia / 2 for _, disc in turning]
-            object.__setattr__(self, "transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
+        self._derive("mass", total)
+        self._derive("inertia", sum(disc.inertia for _, disc in turning))
+        levers = [disc.mass * (axial - self.centre) ** 2 for axial, disc in turning]
+        widths = [disc.transverse - disc.inertia / 2 for _, disc in turning]
+        self._derive("transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
 
     def _fill_without_body(self) -> None:
         """Centre and transverse inertia of a shaft whose parts have no mass: of a carrier, or of a `RingPair`."""
@@ -321,6 +310,10 @@ class Shaft:
         object.__setattr__(self, "centre", sum(axial) / len(axial))
         if self.transverse is None:
             object.__setattr__(self, "transverse", self.inertia / 2)
+
+    def _check_rotors(self) -> None:
+        names = [self.name, *(rotor.name for rotor in self.rotors)]
+        require(len({*names}) == len(names), f"rotors of shaft {self.name!r} share a name, got {names}; rename one")
 
     def _check_support(self) -> None:
         """Require bearings that support all motions but the spin: a stiffness matrix of rank 5."""
@@ -368,6 +361,22 @@ class Shaft:
         return self._parts_of(Disc)
 
     @property
+    def bodies(self) -> list[tuple[float, Disc]]:
+        """(axial position [m], body) of all that has mass: discs, gears and sections."""
+        return self.beside_sections + mass_of(self.cylinders, self.material)
+
+    @property
+    def beside_sections(self) -> list[tuple[float, Disc]]:
+        """(axial position [m], body) of discs and gears; of gears on sections the material around these."""
+        rings = [(axial, ring_on(self.cylinders, axial, gear, self.name)) for axial, gear in self._parts_of(Gear)]
+        return self.discs + (rings if self.sections else [(x, blank(gear)) for x, gear in self._parts_of(Gear)])
+
+    @property
+    def cylinders(self) -> tuple[Section, ...]:
+        """The sections; none of a rigid shaft."""
+        return tuple(Section(*section) for section in self.sections or ())
+
+    @property
     def drags(self) -> list[tuple[float, Drag | BearingDrag]]:
         """(axial position [m], drag) of each drag, first those of the bearings."""
         of_bearings = [(axial, bearing.drag) for axial, bearing in self.bearings.items() if bearing.drag]
@@ -385,8 +394,94 @@ class Shaft:
 
     @cached_property
     def rotors(self) -> tuple[Rotor, ...]:
-        """The rotors behind all couplings, each before those that are coupled to it."""
-        return rotors_of(self.name, [part for _, part in self._parts_of(Coupling)])
+        """The end of an elastic shaft, and the rotors behind all couplings, each before those that are coupled to it.
+
+        Between the end and the gears the shaft is a torsional spring; the inertia of that piece is divided so that its
+        lowest mode is exact where the end is held.
+        """
+        couplings, name, end = self._parts_of(Coupling), self.end_name, self.twist
+        bodies = [(name if end and abs(axial - self.end_position) < AT_END else self.name) for axial, _ in couplings]
+        behind = rotors_of(self.name, [(body, part) for body, (_, part) in zip(bodies, couplings, strict=True)])
+        return (Rotor(name, end, f"{self.name} torsion", self.name), *behind) if end else behind
+
+    @property
+    def end_position(self) -> float:
+        """Axial position [m] on which drive, load and couplings of an elastic shaft act (`torque_at`)."""
+        if self.torque_at is not None:
+            return self.torque_at
+        couplings = [axial for axial, _ in self._parts_of(Coupling)]
+        if couplings:
+            return couplings[0]
+        gears = [*self.gears] or [self.centre]
+        length = float(bounds_of(self.cylinders)[-1])
+        return length if length - max(gears) > min(gears) else 0.0
+
+    @property
+    def stations(self) -> tuple[float, ...]:
+        """Axial positions [m] of the gears, rising in distance from the end; of a shaft without gears its centre."""
+        return tuple(sorted([*self.gears] or [self.centre], key=lambda axial: abs(axial - self.end_position)))
+
+    @cached_property
+    def beam(self) -> Beam:
+        """The finite elements of an elastic shaft, with nodes at all parts; ValueError without sections."""
+        if not self.sections:
+            raise ValueError(f"shaft {self.name!r} has no sections; pass sections=[(d, length), ...]")
+        toothed = dict(self._parts_of(Gear))
+        nodes = [*self.parts, *self.stations, self.end_position]
+        pieces = cylinders_of(self.cylinders, nodes, toothed, ELEMENT)
+        return beam_of(pieces, self.material, self.beside_sections)
+
+    @cached_property
+    def twist(self) -> Coupling | None:
+        """The torsional spring of an elastic shaft between its gears and its end, with the inertia of the end.
+
+        None for a rigid shaft, and where the end lies at a gear.
+        """
+        if not self.sections:
+            return None
+        end, stations = self.end_position, self.stations
+        inside = min(stations) < end < max(stations)
+        between = (
+            f"torque_at of shaft {self.name!r} is {end / mm:g} mm, between its gears at {[x / mm for x in stations]} mm"
+        )
+        require(not inside, f"{between}; drive or load the shaft beside them")
+        shape = twist_shapes(self.beam, [end, *stations])[:, 0]
+        stiffness = float(shape @ self.beam.torsion_stiffness @ shape)
+        if abs(end - stations[0]) < AT_END or stiffness >= RIGID:
+            return None
+        turning = self.beam.torsion_mass @ shape
+        inertia = 2 * float(turning.sum()) - float(shape @ turning)
+        damping = 2 * self.damping_ratio * sqrt(stiffness * (self.inertia - inertia))
+        return Coupling(stiffness, damping, inertia=inertia, name=self.end_name)
+
+    @property
+    def end_name(self) -> str:
+        """Name of the rotor that stands for the end of an elastic shaft."""
+        return f"{self.name} end"
+
+    @property
+    def body_inertia(self) -> float:
+        """Inertia about z [kg m^2] of the shaft without its end, which turns on its own."""
+        return self.inertia - (self.twist.inertia if self.twist else 0.0)
+
+    @checked
+    def bending_frequencies(self, speed: Finite = 0.0) -> np.ndarray:
+        """(n,) natural frequencies [Hz] of bending of an elastic shaft on its bearings, rising, without its mates.
+
+        speed   [rad/s], at which gyroscopic moments split each frequency into backward and forward whirl
+
+        Bearings have their tangent stiffness, the mean of both directions. Raises ValueError for rigid shafts.
+        """
+        return whirl_frequencies(self.beam, self.planar_supports, speed) / (2 * pi)
+
+    @property
+    def planar_supports(self) -> dict[float, np.ndarray]:
+        """(2, 2) stiffness of each bearing over displacement and slope in one plane, the mean of both planes."""
+        flip = np.diag([1.0, -1.0])
+        return {
+            axial: (k[np.ix_([0, 4], [0, 4])] + flip @ k[np.ix_([1, 3], [1, 3])] @ flip) / 2
+            for axial, k in ((axial, bearing.stiffness) for axial, bearing in self.bearings.items())
+        }
 
     @property
     def end(self) -> str:
@@ -404,11 +499,11 @@ class Shaft:
     @property
     def turning_inertia(self) -> float:
         """Inertia about z of the shaft and of the rotors behind its couplings [kg m^2]."""
-        return self.inertia + self.rotor_inertia
+        return self.body_inertia + self.rotor_inertia
 
     @property
     def rotor_inertia(self) -> float:
-        """Inertia about z of all rotors behind the couplings of the shaft [kg m^2]."""
+        """Inertia about z of the end of the shaft and of all rotors behind its couplings [kg m^2]."""
         return sum(rotor.coupling.inertia for rotor in self.rotors)
 
     @property

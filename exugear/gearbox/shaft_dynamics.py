@@ -19,12 +19,16 @@ from exugear.gearbox.bearing_law import (
     strain_energy,
 )
 from exugear.gearbox.drag import braking_torque
+from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
 
 #: Iterations for the secant stiffness of nonlinear bearings.
 ITERATIONS = 30
+#: Newton steps on rolling bearings, share of the slope by which a step must lower the potential, and the change of
+#: coordinates that is rounding.
+MOST_STEPS, ARMIJO, SMALLEST_STEP = 100, 1e-4, 1e-13
 #: Number of samples whose reactions are computed at once: they stay in the processor's cache, which is 5 times as fast.
 BLOCK = 4096
 
@@ -38,6 +42,10 @@ class ShaftMotion:
                   only spins; of a planet on a pin along and across the pin's radius, against its carrier
     velocity      (n, 5) of such a planet against the ground; else None
     tilt_y        (n,) tilt of such a planet in space about its tilted y axis, against the ground [rad]; else None
+    elastic       the shaft if it is elastic; q and q_t are then (n, 5 + m) with its m elastic coordinates
+    twists, twist_rates
+                  (n, n_torsion) coordinates of its torsion, and their rates
+    beside        (n_torsion, n_torsion) mass over these coordinates beside the inertias of the shaft and its rotors
     """
 
     spin: np.ndarray
@@ -46,6 +54,10 @@ class ShaftMotion:
     q_t: np.ndarray | None = None
     velocity: np.ndarray | None = None
     tilt_y: np.ndarray | None = None
+    elastic: ElasticShaft | None = None
+    twists: np.ndarray | None = None
+    twist_rates: np.ndarray | None = None
+    beside: np.ndarray | None = None
 
 
 def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
@@ -101,18 +113,62 @@ def _of_least_potential(shaft: Shaft, forces: np.ndarray, free: list[int]) -> np
         raise NotCarried(f"bearings of shaft {shaft.name!r} do not carry {push}: {error}") from None
 
 
-def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:
+def elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
+    """`ElasticShaft.static_displacement`, also on rolling bearings: the minimum of the convex potential of all.
+
+    Raises `NotCarried` where the bearings do not carry the forces.
+    """
+    shaft = elastic.shaft
+    if not any(isinstance(bearing, RollingBearing) for bearing in shaft.bearings.values()):
+        return elastic.static_displacement(forces)
+    at_bearings = [(elastic.at_bearing(axial)[:5], bearing) for axial, bearing in shaft.bearings.items()]
+    bodies = [slice(6 * i, 6 * i + 6) for i in range(len(shaft.stations))]
+    rigid, _ = static_displacement(shaft, np.sum([forces[body] for body in bodies], axis=0), range(5))
+    q, free = np.zeros(elastic.size), elastic.moving
+    for body in bodies:
+        q[body] = rigid
+
+    def of_all(q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        strained = elastic.stiffness_matrix @ q
+        energy, gradient, hessian = 0.5 * float(q @ strained), strained, elastic.stiffness_matrix.copy()
+        for rows, bearing in at_bearings:
+            of_bearing = potential(bearing, 0.0, rows @ q)
+            energy, gradient = energy + of_bearing[0], gradient + rows.T @ of_bearing[1]
+            hessian = hessian + rows.T @ of_bearing[2] @ rows
+        return energy - float(forces @ q), gradient - forces, hessian
+
+    energy, residual, hessian = of_all(q)
+    for _ in range(MOST_STEPS):
+        step = np.zeros_like(q)
+        step[free] = np.linalg.solve(hessian[np.ix_(free, free)], -residual[free])
+        slope = float(residual @ step)
+        while of_all(q + step)[0] > energy + ARMIJO * slope and np.abs(step).max() > SMALLEST_STEP:
+            step, slope = step / 2, slope / 2
+        q, (energy, residual, hessian) = q + step, of_all(q + step)
+        if np.abs(step).max() <= SMALLEST_STEP:
+            break
+    fixed = np.setdiff1d(elastic.turning[1:], [] if elastic.end is None else [elastic.end])
+    if fixed.size:
+        part = np.ix_(fixed, fixed)
+        q[fixed] = np.linalg.solve(elastic.stiffness_matrix[part], forces[fixed])
+    return q, {}
+
+
+def bearing_forces(
+    shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray, elastic: ElasticShaft | None = None
+) -> None:
     """Add the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
-    q, q_t   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
-             their rates
+    q, q_t    displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
+              their rates; of an elastic shaft (n, 5 + m) with its m elastic coordinates
+    elastic   the shaft if it is elastic
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
-        motion = _motion_at(shaft, axial, q.shape[1])
+        motion = _motion_at(shaft, axial, q.shape[1], elastic)
         if isinstance(bearing, RollingBearing):
             for first in range(0, len(q), BLOCK):
                 block = slice(first, first + BLOCK)
-                force[:, block] += rolling_reaction(bearing, axial - shaft.centre, q[block], q_t[block]).T
+                force[:, block] += rolling_reaction(bearing, 0.0, q[block] @ motion[:5].T, q_t[block] @ motion[:5].T).T
             continue
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
@@ -128,28 +184,40 @@ def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndar
                 force[:2, block] += radial_reaction(points, bearing.damping_time, *moved)
 
 
-def bearing_displacements(shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray) -> None:
+def bearing_displacements(
+    shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray, elastic: ElasticShaft | None = None
+) -> None:
     """Compute the displacements (n_bearing, 3, n) [m] of a shaft at all its bearings, in their order.
 
-    q   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad]
+    q, elastic   as in `bearing_forces`
     """
     for axial, displacement in zip(shaft.bearings, at_bearings, strict=True):
-        displacement[:] = _motion_at(shaft, axial, q.shape[1])[:3] @ q.T
+        displacement[:] = _motion_at(shaft, axial, q.shape[1], elastic)[:3] @ q.T
 
 
-def _motion_at(shaft: Shaft, axial: float, components: int) -> np.ndarray:
-    """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass."""
+def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaft | None = None) -> np.ndarray:
+    """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass.
+
+    The components of an elastic shaft contain its elastic coordinates.
+    """
+    if elastic:
+        return elastic.motion_at(axial)
     motion = np.eye(6)[:, :5]
     motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
     return motion[:, :components]
 
 
 def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
-    """(n,) energy of all bearings and torque supports of a shaft [J]; 0 for a shaft that only spins."""
+    """(n,) energy of all bearings and torque supports of a shaft [J], and of its own strain; 0 where it only spins."""
     energy = 0.5 * sum(support.torsion for support in shaft.torque_supports) * np.square(motion.spin, dtype=float)
     if motion.q is not None:
         for axial, bearing in shaft.bearings.items():
-            energy += strain_energy(bearing, axial - shaft.centre, motion.q)
+            at_bearing = motion.q @ _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5].T
+            energy += strain_energy(bearing, 0.0, at_bearing)
+        if motion.elastic:
+            energy += 0.5 * motion.q[:, 5:] ** 2 @ motion.elastic.stiffness
+    if motion.elastic and motion.twists is not None:
+        energy += 0.5 * _forms(motion.twists, motion.elastic.torsion.stiffness)
     return energy
 
 
@@ -157,22 +225,40 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
     """(n,) power [W] that each bearing of a shaft dissipates, by its axial position [m]."""
     if motion.q is None or motion.q_t is None:
         return {}
-    return {
-        axial: dissipated_power(bearing, axial - shaft.centre, motion.q, motion.q_t)
-        for axial, bearing in shaft.bearings.items()
-    }
+    losses = {}
+    for axial, bearing in shaft.bearings.items():
+        rows = _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5]
+        losses[axial] = dissipated_power(bearing, 0.0, motion.q @ rows.T, motion.q_t @ rows.T)
+    return losses
 
 
-def braking_torques(shaft: Shaft, omega: np.ndarray, q: np.ndarray | None) -> np.ndarray:
+def elastic_loss(motion: ShaftMotion) -> np.ndarray:
+    """(n,) power [W] that the damping of an elastic shaft dissipates; 0 of a rigid one."""
+    loss = np.zeros(motion.spin.size)
+    if motion.elastic and motion.q_t is not None:
+        loss += motion.q_t[:, 5:] ** 2 @ motion.elastic.damping
+    if motion.elastic and motion.twist_rates is not None:
+        loss += _forms(motion.twist_rates, motion.elastic.torsion.damping)
+    return loss
+
+
+def _forms(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """(n,) quadratic forms of vectors (n, k)."""
+    return np.einsum("ni,ij,nj->n", vectors, matrix, vectors)
+
+
+def braking_torques(
+    shaft: Shaft, omega: np.ndarray, q: np.ndarray | None, elastic: ElasticShaft | None = None
+) -> np.ndarray:
     """(n,) torque of all drags of a shaft against its rotation [N m].
 
-    omega   (n,) speed of the shaft [rad/s]
-    q       (n, 2 or 5) displacements [m] and tilts [rad] of its centre of mass; None where it only spins
+    omega        (n,) speed of the shaft [rad/s]
+    q, elastic   as in `bearing_forces`; q None where the shaft only spins
     """
     loads: dict[float, np.ndarray] = {}
     if q is not None:
         forces = np.zeros((len(shaft.bearings), 3, omega.size))
-        bearing_forces(shaft, q, np.zeros_like(q), forces)
+        bearing_forces(shaft, q, np.zeros_like(q), forces, elastic)
         loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
     torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)
@@ -188,10 +274,16 @@ def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: fl
     motion = motions[shaft.name]
     energy, about_axis = np.zeros(motion.speed.size), motion.speed
     if motion.q is not None and motion.q_t is not None:
-        x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity).T
-        b = shaft.offset.tilt_y + motion.q[:, 4] if motion.tilt_y is None else motion.tilt_y
-        about_axis = about_axis + a_t * np.sin(b)
-        energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
+        x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity)[:, :5].T
+        of_body, about_x = motion.q, a_t
+        if motion.elastic:
+            of_body, about_x = motion.elastic.of_first_body(motion.q), motion.elastic.of_first_body(motion.q_t)[:, 3]
+            energy = energy + motion.q_t[:, 5:] ** 2 @ motion.elastic.inertia[5:]
+        b = shaft.offset.tilt_y + of_body[:, 4] if motion.tilt_y is None else motion.tilt_y
+        about_axis = about_axis + about_x * np.sin(b)
+        energy = energy + shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
+    if motion.elastic and motion.twist_rates is not None and motion.beside is not None:
+        energy = energy + _forms(motion.twist_rates, motion.beside)
     for rotor in shaft.rotors:
         energy = energy + rotor.coupling.inertia * motions[rotor.name].speed ** 2
     return 0.5 * (energy + inertia * about_axis**2)

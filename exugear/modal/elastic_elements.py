@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.gearbox.bearing_law import tangent_stiffness
+from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model
 from exugear.multibody.planet_pins import pin_matrices
@@ -34,7 +35,14 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
         if shaft.torque_supports:
             torsion = np.array([[sum(support.torsion for support in shaft.torque_supports)]])
             yield ElasticElement(f"{shaft.name} torque support", "coupling", embedded(torsion, [spin], q.size))
-        if kind.on_bearings and shaft.name not in model.gearbox.planets:
+        if built := model.elastics.get(shaft.name):
+            yield ElasticElement(f"{shaft.name} shaft", "shaft", _over(built, built.elastic.stiffness_matrix, q.size))
+            for axial, bearing in shaft.bearings.items():
+                rows = built.elastic.at_bearing(axial)
+                matrix = tangent_stiffness(bearing, 0.0, rows @ q[built.indices])
+                name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
+                yield ElasticElement(name, "bearing", _over(built, rows.T @ matrix @ rows, q.size))
+        elif kind.on_bearings and shaft.name not in model.gearbox.planets:
             part, components = np.arange(spin - kind.spin_index, spin + 1), np.ix_(kind.components, kind.components)
             displacement = np.zeros(6)
             displacement[kind.components] = q[part]
@@ -46,6 +54,11 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             spring = rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
             ends = [model.turning[rotor.body], model.turning[rotor.name]]
             yield ElasticElement(rotor.spring, "coupling", embedded(spring, ends, q.size))
+
+
+def _over(built: BuiltShaft, matrix: np.ndarray, n: int) -> np.ndarray:
+    """(n, n) matrix over all coordinates from that over those of an elastic shaft."""
+    return embedded(matrix, built.indices, n)
 
 
 def pins(model: Model) -> Iterator[ElasticElement]:

@@ -26,6 +26,7 @@ from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
 from exugear.mesh_force.kernel_records import changed
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
+from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
@@ -39,6 +40,8 @@ from exugear.planning.plan import plan as plan_of
 from fem.support.arguments import checked
 from fem.support.validation import require
 
+#: Object numbers of the bodies of the gears of elastic shafts, by the name of the shaft and the axial position [m].
+BodiesOfGears = Mapping[str, Mapping[float, int]]
 #: Angular frequency of a held body on the spring that makes static solves regular [rad/s].
 HELD_OMEGA = 100.0
 
@@ -60,17 +63,25 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
-    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
+    of_gears = {
+        name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
+    }
+    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
         add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
     for shaft in gearbox.shafts:
         add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
-    contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
+    numbers_of_stages = range(len(gearbox.stages))
+    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, of_gears) for number in numbers_of_stages]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
+    elastics = {
+        name: add_elastic_shaft(mbs, elastic, of_gears[name], rotors.get(elastic.shaft.end_name))
+        for name, elastic in scene.elastic.items()
+    }
     end_markers = {
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
@@ -81,13 +92,15 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     spins = {
         name: mbs.GetNodeODE2Index(node_of(mbs, body)) + scene.shafts[name].spin_index for name, body in bodies.items()
     }
+    elastics = {name: located(mbs, elastic) for name, elastic in elastics.items()}
     rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
     meshes = tuple(
-        _mesh(stage, scene, label, contact, _row(mbs, stage, contact.frame, spins, scene))
+        _mesh(stage, scene, label, contact, _row(mbs, stage, contact.frame, spins, elastics, scene))
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, pins, tuple(further_drives))
+    further = pins, tuple(further_drives), elastics
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further)
     hold_members(system)
     return linearized(system, gearbox.independent)
 
@@ -101,6 +114,9 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
     require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
     _check_suits(scene, suitable)
+    sections = {shaft.name: shaft for shaft in gearbox.shafts if shaft.sections}
+    altered = [name for name, elastic in scene.elastic.items() if elastic.shaft != sections.get(name)]
+    require(not altered, f"plan is for shafts {altered} with other sections or parts; pass exugear.plan(gearbox)")
     on_joints = bool(gearbox.planets) and Coordinates.JOINT in scene.shafts.values()
     unreduced = "plan gives shafts of a planetary set ideal revolute joints, on which planets cannot orbit"
     require(not on_joints, f"{unreduced}; pass exugear.plan(gearbox), or exugear.plan(gearbox).with_bodies()")
@@ -135,10 +151,14 @@ class AddedContact(NamedTuple):
     frame: np.record
 
 
-def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> AddedContact:
+def _add_contact(
+    mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int], of_gears: BodiesOfGears
+) -> AddedContact:
     """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[shaft.name] for shaft in stage.shafts]
+    for side, (name, axial) in enumerate(stage.ends):
+        items[side] = of_gears[name][axial] if name in of_gears else items[side]
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
@@ -170,8 +190,16 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
 
 
-def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: Plan) -> np.ndarray:
+def _row(
+    mbs,
+    stage: Stage,
+    frame: np.record,
+    spins: Mapping[str, int],
+    elastics: Mapping[str, BuiltShaft],
+    scene: Plan,
+) -> np.ndarray:
     """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
+    spins = dict(spins) | {name: elastics[name].spins[axial] for name, axial in stage.ends if name in elastics}
     is_planar_set = any(scene.shafts[shaft.name].on_bearings for shaft in (stage.fast, stage.slow))
     row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
     if is_spatial(frame):
@@ -187,9 +215,16 @@ def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: P
     return row
 
 
-def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
-    """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body."""
-    body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
+def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_gears: BodiesOfGears) -> int:
+    """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body.
+
+    of_gears   bodies of the gears of elastic shafts, which are in the system already: the first stands for the shaft
+    """
+    coordinates = scene.shafts[shaft.name]
+    if shaft.name in of_gears:
+        body = of_gears[shaft.name][shaft.stations[0]]
+    else:
+        body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
     add_drags(mbs, node_of(mbs, body), shaft, coordinates)
     return body
 
@@ -204,7 +239,7 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         return mbs.AddObject(eii.ObjectRotationalMass1D(name=shaft.name, **data))
     if coordinates is Coordinates.PLANAR:
         node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
-        data = {"mass": shaft.mass, "inertia": shaft.inertia, "nodeNumber": node}
+        data = {"mass": shaft.mass, "inertia": shaft.body_inertia, "nodeNumber": node}
         body = mbs.AddObject(eii.ObjectRigidBody2D(name=shaft.name, **data))
         if shaft.name not in gearbox.planets:
             add_bearings(mbs, node, shaft, coordinates)
@@ -213,7 +248,7 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         name=shaft.name,
         referencePosition=[x, y, z],
         referenceRotationMatrix=RotXYZ2RotationMatrix([a, b, 0.0]),
-        inertia=RigidBodyInertia(mass=shaft.mass, inertiaTensor=np.diag([shaft.transverse] * 2 + [shaft.inertia])),
+        inertia=RigidBodyInertia(mass=shaft.mass, inertiaTensor=np.diag([shaft.transverse] * 2 + [shaft.body_inertia])),
         nodeType=exu.NodeType.RotationRxyz,
     )
     if shaft.name in gearbox.planets:

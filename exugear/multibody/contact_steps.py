@@ -8,7 +8,7 @@ import numpy as np
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
-from exugear.multibody.model import BearingTangents, Mesh, Model, bearing_tangents
+from exugear.multibody.model import BearingTangents, Mesh, Model, bearing_tangents, on_body
 from exugear.multibody.rolling_bearings import predict_bearings
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
@@ -38,8 +38,8 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
     for i, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
         components = model.plan.shafts[shaft.name].components[:-1]
-        displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
-        steps.by_displacement[i, components], steps.by_velocity[i, components] = by_bearings[:, displacements]
+        by_displacement, by_velocity = (on_body(model, mesh.stage, shaft, forces) for forces in by_bearings)
+        steps.by_displacement[i, components], steps.by_velocity[i, components] = by_displacement, by_velocity
 
 
 @contextmanager

@@ -23,7 +23,14 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
-from exugear.multibody.model import Model, by_shaft, further_loads, further_objects, hold_members
+from exugear.multibody.model import (
+    Model,
+    by_shaft,
+    further_loads,
+    further_objects,
+    hold_members,
+    is_first,
+)
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
@@ -74,9 +81,10 @@ class DriveAndLoad:
     outside: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self):
-        braked = any(held.coupling is None and held.drags for held in self.held)
+        braked = any(held.end_rotor is None and held.drags for held in self.held)
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
-        self.constrained = braked or added or self._observed()
+        twists = any(held.end_rotor is None and held.name in self.model.elastics for held in self.held)
+        self.constrained = braked or added or twists or self._observed()
 
     def _observed(self) -> bool:
         """Whether sensors of the user measure constraint or load."""
@@ -126,7 +134,7 @@ class DriveAndLoad:
             state.torques[:], state.imposed[:], state.inertias[:] = 0.0, 0, 0.0
         hold_members(self.model)
         known = mbs.variables.pop(MOTION, None)
-        for held in [shaft for shaft in self.held if shaft.coupling and known]:
+        for held in [shaft for shaft in self.held if shaft.end_rotor and known]:
             _delete(mbs, COUPLING.format(held.name))
             self._set_spring(held, True)
         if self.outside:
@@ -221,7 +229,7 @@ class DriveAndLoad:
                 (mesh, side)
                 for mesh in self.model.meshes
                 for side, shaft in enumerate(mesh.stage.shafts)
-                if shaft.name == end.shaft
+                if shaft.name == end.shaft and is_first(self.model, mesh.stage, shaft)
             )
             state_of(self.model.mbs, mesh.contact).torques[side] = self._constant_torque(end)
 

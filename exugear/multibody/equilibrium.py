@@ -12,7 +12,7 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import radial_points
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
-from exugear.gearbox.shaft_dynamics import static_displacement
+from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
@@ -23,6 +23,7 @@ from exugear.multibody.model import (
     Model,
     by_shaft,
     end_coordinate,
+    gear_spin,
     held_by_joints,
     matrices_without_meshes,
     motion_of,
@@ -137,9 +138,9 @@ def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.
         spin = model.spins[held.name]
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
         inertia_torque = box.inertias[held.name] * by_name[held.name]
-        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - inertia_torque
+        on_shaft = float(by_meshes @ model.spin_motions[held.name]) + drags[box.shafts.index(held)] - inertia_torque
         twisted[held.name] = _twisted(held, held.end, on_rotors | {held.name: on_shaft})
-        q[spin] += twisted[held.name][held.name]
+        q += twisted[held.name][held.name] * model.spin_motions[held.name]
     q = _with_mesh_forces(model, forces, q, anchors)
     for shaft in box.shafts:
         spin = model.spins[shaft.name]
@@ -394,8 +395,14 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
     q, on_coordinates = np.zeros(model.mbs.systemData.ODE2Size()), -forces @ np.array([m.row for m in model.meshes])
     for shaft in model.gearbox.shafts:
-        kind, spin = model.scene.shafts[shaft.name], model.spins[shaft.name]
-        if kind.on_bearings:
+        kind, spin, built = model.scene.shafts[shaft.name], model.spins[shaft.name], model.elastics.get(shaft.name)
+        if built and built.elastic.spatial:
+            try:
+                q[built.indices], radial_forces = elastic_displacement(built.elastic, on_coordinates[built.indices])
+            except NotCarried as error:
+                raise NoEquilibrium(f"{error}; {NOT_CARRIED}") from None
+            _check_tables(shaft, radial_forces)
+        elif kind.on_bearings:
             moving, on_centre = slice(spin - kind.spin_index, spin), np.zeros(6)
             on_centre[kind.components[:-1]] = on_coordinates[moving]
             try:
@@ -461,7 +468,7 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchors
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection [m] of a mesh under a force [N] at coordinates q; NoEquilibrium for loads beyond the map."""
     law = mesh.law
-    spin = q[model.spins[mesh.stage.fast.name]]
+    spin = q[gear_spin(model, mesh.stage, mesh.stage.fast)]
     if mesh.stage.carrier:
         spin -= q[model.spins[mesh.stage.carrier.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin

@@ -13,10 +13,12 @@ from exugear.gearbox.bearing_law import radial_part, tangent_stiffness
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import call_path
+from exugear.multibody.elastic_shafts import BuiltShaft, set_held
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
@@ -88,6 +90,7 @@ class BuiltSystem:
     rotor_spins     of each rotor behind a coupling, by its name: index of its spin
     end_markers     of each shaft: marker on the spin that drive or load acts on, of a rotor if there is a coupling
     pins            of the planets that move in the plane
+    elastics        of the elastic shafts: their bodies and coordinates
     drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
                     solved both may be out of the system (`exugear.multibody.drive_and_load`)
     further_drives  object numbers of the constraints for further speeds that a gearbox leaves free
@@ -106,6 +109,7 @@ class BuiltSystem:
     load: int
     pins: tuple[Pin, ...]
     further_drives: tuple[int, ...]
+    elastics: Mapping[str, BuiltShaft]
 
     @property
     def drives(self) -> tuple[int, ...]:
@@ -135,7 +139,7 @@ class BuiltSystem:
         """(n_coordinates,) small motion per angle of each shaft; planets on pins move along with their carrier."""
         motions = {name: np.zeros(self.mbs.systemData.ODE2Size()) for name in self.spins}
         for name, spin in self.spins.items():
-            motions[name][spin] = 1.0
+            motions[name][[spin, *(self.elastics[name].spins.values() if name in self.elastics else ())]] = 1.0
         for pin in self.pins:
             motions[pin.carrier.name][moving_of(self, pin.planet.name)] = pin.orbit
         return motions
@@ -173,6 +177,8 @@ def motion_of(model: BuiltSystem, shafts: np.ndarray) -> np.ndarray:
     motion, by_name = np.zeros(model.mbs.systemData.ODE2Size()), by_shaft(model, shafts)
     for name, shaft in model.gearbox.ends.items():
         motion[model.turning[name]] = by_name[shaft.name]
+    for name, built in model.elastics.items():
+        motion[[*built.spins.values()]] = by_name[name]
     for pin in model.pins:
         motion[moving_of(model, pin.planet.name)] = by_name[pin.carrier.name] * pin.orbit
     return motion
@@ -231,9 +237,12 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     held    names of the shafts whose speeds are imposed
     speed   of the driving shaft [rad/s], at which drag damps and gyroscopic moments act
     """
+    for name, elastic in system.elastics.items():
+        set_held(system.mbs, elastic, held=name in held)
     train, box = linear_train(system, speed), system.gearbox
     driving, imposed = ([end_coordinate(system, name) for name in names] for names in (box.independent, held))
-    omega, omega_mesh = train.frequency_bounds()
+    twisting = [end_coordinate(system, name) for name in held if box.ends[name].twist]
+    omega, omega_mesh = train.frequency_bounds(twisting)
     sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
     resonances = zip(*(train.mesh_resonances(names, sets).tolist() for names in (driving, ())), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
@@ -289,8 +298,9 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
     for by_displacement, shaft in zip(by_bearings, (built.stage.fast, built.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()) and not orbits:
             components = system.scene.shafts[shaft.name].components[:-1]
-            displacements = slice(system.spins[shaft.name] - len(components), system.spins[shaft.name])
-            by_displacement[components] = (train.stiffness @ accelerations)[displacements]
+            spin = gear_spin(system, built.stage, shaft)
+            displacements = slice(spin - len(components), spin)
+            by_displacement[components] = on_body(system, built.stage, shaft, train.stiffness @ accelerations)
             holding = holding - forces_on_bodies[:, displacements] @ accelerations[displacements] / mobility
     of_stage = {field.name: getattr(built, field.name) for field in fields(BuiltMesh)} | {"row": train.rows[i]}
     return Mesh(
@@ -300,6 +310,30 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
         force_per_torque=holding,
         free_system=train.around(i, held),
     )
+
+
+def gear_spin(system: BuiltSystem, stage: Stage, shaft: Shaft) -> int:
+    """Index of the spin of the body that carries the gear of a shaft in a stage."""
+    if shaft.name not in system.elastics:
+        return system.spins[shaft.name]
+    return system.elastics[shaft.name].spins[dict(stage.ends)[shaft.name]]
+
+
+def is_first(system: BuiltSystem, stage: Stage, shaft: Shaft) -> bool:
+    """Whether the gear of a shaft in a stage is that whose spin is the spin of the shaft."""
+    return shaft.name not in system.elastics or gear_spin(system, stage, shaft) == system.spins[shaft.name]
+
+
+def on_body(system: BuiltSystem, stage: Stage, shaft: Shaft, forces: np.ndarray) -> np.ndarray:
+    """Forces (n_coordinates,) on a shaft as those on the displacements of the body with its gear in a stage.
+
+    The other coordinates of an elastic shaft follow the body as in statics.
+    """
+    number = len(system.scene.shafts[shaft.name].components) - 1
+    if shaft.name not in system.elastics or number == 0:
+        return forces[system.spins[shaft.name] - number : system.spins[shaft.name]]
+    built = system.elastics[shaft.name]
+    return (built.following(dict(stage.ends)[shaft.name]).T @ forces[built.indices])[:number]
 
 
 def held_by_joints(system: BuiltSystem) -> np.ndarray:
@@ -313,9 +347,15 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
     """Stiffness matrix of the nonlinear bearings at their steepest slopes."""
     total = np.zeros((system.mbs.systemData.ODE2Size(),) * 2)
     for shaft in system.gearbox.shafts:
-        first = system.spins[shaft.name] - 5
+        first, built = system.spins[shaft.name] - 5, system.elastics.get(shaft.name)
         for axial, bearing in shaft.bearings.items():
-            if not bearing.linear:
+            if not bearing.linear and built:
+                rows, k = (
+                    built.elastic.at_bearing(axial),
+                    bearing.stiffness - tangent_stiffness(bearing, 0.0, np.zeros(6)),
+                )
+                total[np.ix_(built.indices, built.indices)] += rows.T @ k @ rows
+            elif not bearing.linear:
                 part, lever = slice(first, first + 6), axial - shaft.centre
                 if isinstance(bearing, RollingBearing):
                     total[part, part] += bearing.at(lever) - tangent_stiffness(bearing, lever, np.zeros(6))
@@ -339,8 +379,15 @@ def bearing_tangents(system: BuiltSystem, q: np.ndarray) -> BearingTangents:
     stiffness, damping = -nonlinear_bearing_stiffness(system), np.zeros((q.size, q.size))
     for shaft in system.gearbox.shafts:
         part = slice(system.spins[shaft.name] - 5, system.spins[shaft.name] + 1)
+        built = system.elastics.get(shaft.name)
         for axial, bearing in shaft.bearings.items():
-            if not bearing.linear:
+            if not bearing.linear and built:
+                rows, among = built.elastic.at_bearing(axial), np.ix_(built.indices, built.indices)
+                displaced = rows @ q[built.indices]
+                at_rest, now = (tangent_stiffness(bearing, 0.0, x) for x in (np.zeros(6), displaced))
+                stiffness[among] += rows.T @ (now - at_rest) @ rows
+                damping[among] += bearing.damping_time * rows.T @ (now - at_rest) @ rows
+            elif not bearing.linear:
                 at_rest, now = (tangent_stiffness(bearing, axial - shaft.centre, x) for x in (np.zeros(6), q[part]))
                 stiffness[part, part] += now - at_rest
                 damping[part, part] += bearing.damping_time * (now - at_rest)

@@ -10,7 +10,7 @@ from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
-from exugear.multibody.model import Model
+from exugear.multibody.model import Model, is_first
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
 from fem.units import mm
@@ -34,7 +34,7 @@ def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
     for mesh in model.meshes:
         if "energy" in mesh.recorder.samples:
             for number, shaft in enumerate(mesh.stage.shafts, start=1):
-                if shaft.name not in model.gearbox.carriers_of_pins:
+                if shaft.name not in model.gearbox.carriers_of_pins and is_first(model, mesh.stage, shaft):
                     samples = mesh.recorder.power[f"{quantity}_{number}"]
                     by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
     for pin in model.pins if by_shaft else ():
@@ -81,7 +81,8 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
 def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
     """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates.
 
-    Of planets those against their pins, along and across the pin's radius and along the pin.
+    Of planets those against their pins, along and across the pin's radius and along the pin. Of elastic shafts
+    (n, 5 + elastic) the motion of the rigid shaft and the elastic coordinates.
     """
     kinds, motions, by_name = model.plan.shafts, {}, {}
     number = model.meshes[0].recorder.deflection.size
@@ -92,11 +93,16 @@ def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.n
             motions[pin.carrier.name] = recorder.centre(number), recorder.centre(number, rate=True)
     for mesh in model.meshes:
         for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
-            if kinds[shaft.name].on_bearings and shaft.name not in motions:
+            first = is_first(model, mesh.stage, shaft)
+            if kinds[shaft.name].on_bearings and shaft.name not in motions and first:
                 motions[shaft.name] = mesh.recorder.motion(side)
     for shaft in [shaft for shaft in model.gearbox.shafts if shaft.name in motions]:
         moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
         by_name[shaft.name] = shaft, q[:, moving], q_t[:, moving]
+        if built := model.elastics.get(shaft.name):
+            elastic, (amplitudes, rates) = built.elastic, built.recorder.motion(number)
+            q, q_t = (elastic.decoupled(x, y[:, : elastic.elastic]) for x, y in ((q, amplitudes), (q_t, rates)))
+            by_name[shaft.name] = shaft, q, q_t
     return by_name
 
 
@@ -124,7 +130,8 @@ class BearingForces:
         new, last = slice(self.computed, number), 0
         for shaft, q, q_t in motions_on_bearings(self.model).values():
             first, last = last, last + len(shaft.bearings)
-            bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new])
+            elastic = self.model.scene.elastic.get(shaft.name)
+            bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new], elastic)
         self.computed = number
 
     def variables(self, number: int, displacement: bool) -> dict[str, Any]:
@@ -144,7 +151,7 @@ class BearingForces:
             moved, last = np.empty((len(labels), 3, number)), 0
             for shaft, q, _ in motions.values():
                 first, last = last, last + len(shaft.bearings)
-                bearing_displacements(shaft, q, moved[first:last])
+                bearing_displacements(shaft, q, moved[first:last], self.model.scene.elastic.get(shaft.name))
             data["bearing_displacement"] = over, moved, about
             data |= _bearing_tilts(motions)
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
@@ -179,7 +186,7 @@ def drag_variables(model: Model) -> dict[str, Any]:
 def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
     _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
-    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion)
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion, model.scene.elastic.get(shaft.name))
 
 
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:

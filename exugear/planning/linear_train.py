@@ -60,12 +60,12 @@ class LinearTrain:
         """Indices of the coordinates that neither ideal joints nor an imposed motion hold."""
         return np.setdiff1d(np.arange(len(self.mass)), np.array([*self.joints, *held], int))
 
-    def frequency_bounds(self) -> tuple[float, float]:
+    def frequency_bounds(self, held: Sequence[int] = ()) -> tuple[float, float]:
         """Upper bounds of all eigenfrequencies, and of those of the modes in which meshes deform [rad/s].
 
-        Each mesh has its largest stiffness; the driving shaft is free to turn.
+        Each mesh has its largest stiffness; without held the driving shaft is free to turn.
         """
-        squares, strain = self._modes(self.largest, ())
+        squares, strain = self._modes(self.largest, held)
         resolved = strain.sum(axis=0) > STRAIN_SHARE * squares
         return sqrt(squares[-1]), sqrt(squares[resolved][-1])
 

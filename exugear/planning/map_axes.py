@@ -10,9 +10,10 @@ import numpy as np
 
 from exugear.contact.reference_configuration import offsets_at, spatial_frame, spatial_row
 from exugear.gearbox.constant_loads import mesh_forces, words_of
+from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
-from exugear.gearbox.shaft_dynamics import static_displacement
+from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing, stage_offsets
 from exugear.mesh_force.force import MeshForce
@@ -134,13 +135,18 @@ def _check_backlash(stage: Stage, a: float) -> None:
     require(backlash >= -IGNORED["a"], f"{jam} {ends}; give more backlash or make the offsets smaller")
 
 
-def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]) -> list[str]:
+def missing_axes(
+    gearbox: Gearbox,
+    shafts: Mapping[str, Coordinates],
+    loads: Mapping[str, float],
+    elastic: Mapping[str, ElasticShaft],
+) -> list[str]:
     """Advice for each stage: the offsets to map where its gears move along axes that its map lacks; else empty.
 
     The offsets are estimated from the static displacement of the shafts under loads by their names [N m].
     """
     missing = [(stage, _missing(stage, shafts)) for stage in gearbox.stages]
-    moved = _displacements(gearbox, shafts, loads) if any(axes for _, axes in missing) else {}
+    moved = _displacements(gearbox, shafts, loads, elastic) if any(axes for _, axes in missing) else {}
     return [_advice(gearbox, stage, axes, words_of(gearbox, loads), moved) if axes else "" for stage, axes in missing]
 
 
@@ -157,7 +163,8 @@ def _missing(stage: Stage, shafts: Mapping[str, Coordinates]) -> list[str]:
     return [name for name, by in MOVED_BY.items() if kinds & set(by) and name not in stage.force.offsets]
 
 
-def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
+def mesh_frame(gearbox: Gearbox, stage: Stage) -> np.record:
+    """Contact frame of a stage at phase 0, its shafts statically displaced."""
     ends = list(zip((stage.fast, stage.slow), stage.axial_positions, strict=True))
     axial = [position - shaft.centre for shaft, position in ends]
     poses = [pose(gearbox, shaft) for shaft, _ in ends]
@@ -165,21 +172,51 @@ def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
 
 
 def _displacements(
-    gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
-) -> dict[str, np.ndarray]:
-    """(6,) static displacement of each shaft on its bearings [m, rad]."""
-    push = push_on_shafts(gearbox, shafts, loads)
-    return {s.name: static_displacement_or_inf(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
+    gearbox: Gearbox,
+    shafts: Mapping[str, Coordinates],
+    loads: Mapping[str, float],
+    elastic: Mapping[str, ElasticShaft],
+) -> dict[tuple[str, float], np.ndarray]:
+    """(6,) static displacement [m, rad] of each shaft as its gear sees it, by name and axial position."""
+    push = _push_on_gears(gearbox, loads)
+    displaced: dict[tuple[str, float], np.ndarray] = {}
+    for shaft in gearbox.shafts:
+        pushed = {axial: forces for (name, axial), forces in push.items() if name == shaft.name}
+        if shaft.name in elastic and elastic[shaft.name].spatial:
+            forces = np.zeros(elastic[shaft.name].size)
+            forces[: 6 * len(shaft.stations)] = np.concatenate([pushed[axial] for axial in shaft.stations])
+            moved = _elastic_displacement(elastic[shaft.name], forces)
+            displaced |= {(shaft.name, x): moved[6 * i : 6 * i + 6] for i, x in enumerate(shaft.stations)}
+        else:
+            total, free = sum(pushed.values(), np.zeros(6)), shafts[shaft.name].components[:-1]
+            displaced |= dict.fromkeys(
+                [(shaft.name, x) for x in pushed], static_displacement_or_inf(shaft, total, free)
+            )
+    return displaced
 
 
-def push_on_shafts(
-    gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
-) -> dict[str, np.ndarray]:
-    """(6,) forces and moments [N, N m] of the meshes on the centre of mass of each shaft."""
-    push = {name: np.zeros(6) for name in shafts}
+def _elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> np.ndarray:
+    """(size,) static coordinates of an elastic shaft; inf where its rolling bearings do not carry the load."""
+    try:
+        return elastic_displacement(elastic, forces)[0]
+    except NotCarried:
+        return np.full(elastic.size, np.inf)
+
+
+def _push_on_gears(gearbox: Gearbox, loads: Mapping[str, float]) -> dict[tuple[str, float], np.ndarray]:
+    """(6,) forces and moments [N, N m] of the meshes on the centre of mass of a shaft, by its name and its gear."""
+    push = {end: np.zeros(6) for stage in gearbox.stages for end in stage.ends}
     for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
-        for shaft, row in zip((stage.fast, stage.slow), np.split(spatial_row(_frame(gearbox, stage)), 2), strict=True):
-            push[shaft.name] -= force * row
+        for end, row in zip(stage.ends, np.split(spatial_row(mesh_frame(gearbox, stage)), 2), strict=True):
+            push[end] -= force * row
+    return push
+
+
+def push_on_shafts(gearbox: Gearbox, loads: Mapping[str, float]) -> dict[str, np.ndarray]:
+    """(6,) forces and moments [N, N m] of the meshes on the centre of mass of each shaft."""
+    push = {shaft.name: np.zeros(6) for shaft in gearbox.shafts}
+    for (name, _), forces in _push_on_gears(gearbox, loads).items():
+        push[name] += forces
     return push
 
 
@@ -191,9 +228,11 @@ def static_displacement_or_inf(shaft: Shaft, push: np.ndarray, free: Sequence[in
         return np.full(6, np.inf)
 
 
-def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved: Mapping[str, np.ndarray]) -> str:
+def _advice(
+    gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved: Mapping[tuple[str, float], np.ndarray]
+) -> str:
     """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste."""
-    if max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
+    if max(np.abs(np.delete(moved[end], 5)).max() for end in stage.ends) > LARGEST:
         yielding = f"under {load} the bearings yield too far for the gears to mesh"
         return f"{yielding}: use stiffer bearings (in N/m) or less load"
     static, reached = static_offsets(gearbox, stage), _reached(gearbox, stage, moved)
@@ -206,10 +245,11 @@ def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved
     return f"under {load} {offsets}: map with offsets=fem.Offsets({written})"
 
 
-def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) -> dict[str, float]:
+def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[tuple[str, float], np.ndarray]) -> dict[str, float]:
     """Offsets [m, rad] of a stage whose shafts are displaced."""
-    frame = _frame(gearbox, stage)
-    q_1, q_2 = (moved[shaft.name].copy() for shaft in (stage.fast, stage.slow))
+    frame = mesh_frame(gearbox, stage)
+    q_1, q_2 = (moved[end].copy() for end in stage.ends)
+    q_2[5] = 0.0
     q_1[5] = gearbox.direction_of(stage) * LEAD / frame.pinion.r_b
     return dict(zip(AXIS_NAMES, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
+from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
@@ -16,6 +17,7 @@ from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why
 from exugear.planning.rolling_bearings import words_on_rolling_bearings
 from exugear.planning.sampling import listed_phases
 from exugear.planning.set_words import stages_of_sets, words_of_sets
+from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
 from fem.units import um
@@ -49,6 +51,8 @@ class Plan:
     mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
     sets        what is modelled of each planetary set and what is skipped, by the name of its carrier
     set_stages  labels of the stages on each carrier, by its name
+    elastic     elastic shafts by their names, with the coordinates that they need
+    flexible    reason for these coordinates or for none, by shaft with sections
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -64,6 +68,8 @@ class Plan:
     bearings: Mapping[str, str] = field(default_factory=dict)
     sets: Mapping[str, str] = field(default_factory=dict)
     set_stages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    elastic: Mapping[str, ElasticShaft] = field(default_factory=dict)
+    flexible: Mapping[str, str] = field(default_factory=dict)
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -78,12 +84,22 @@ class Plan:
         """The plan with other coordinates of these shafts."""
         why = dict.fromkeys(shafts, "chosen by the user: unreduced, to check the reduction")
         scene = {field.name: getattr(self, field.name) for field in fields(Plan)}
+        scene["elastic"] = {
+            name: elastic for name, elastic in self.elastic.items() if shafts.get(name) is not Coordinates.JOINT
+        }
         return Plan(**scene | {"shafts": {**self.shafts, **shafts}, "why": {**self.why, **why}})
+
+    def with_rigid_shafts(self) -> "Plan":
+        """The plan in which shafts with sections twist towards their ends, but do not bend."""
+        rigid = dict.fromkeys(self.elastic, "rigid: chosen by the user")
+        scene = {field.name: getattr(self, field.name) for field in fields(Plan)}
+        return Plan(**scene | {"elastic": {}, "flexible": {**self.flexible, **rigid}})
 
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
-        lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
+        lines = [f"{name}: {self._coordinates(name)} ({self.why[name]})" for name in self.shafts]
         lines += [f"planetary set on {carrier}: {text}" for carrier, text in self.sets.items()]
+        lines += [f"{name}: {text}" for name, text in self.flexible.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
         lines += [f"{name}: {text}" for texts in (self.bearings, self.losses) for name, text in texts.items()]
@@ -95,6 +111,13 @@ class Plan:
             if law.jumps.size:
                 lines.append(f"{label}: {JUMPS.format(listed_phases(law.jumps))}")
         return lines
+
+    def _coordinates(self, name: str) -> str:
+        """Coordinates of a shaft in words; those of an elastic one follow in a line of its own."""
+        if name not in self.elastic or not self.elastic[name].spatial:
+            return self.shafts[name].value
+        gears = len(self.elastic[name].shaft.stations)
+        return f"6 coordinates of {'its gear' if gears == 1 else 'each gear'}, elastic shaft on elastic bearings"
 
     def __str__(self) -> str:
         return "\n".join([*self.lines(), "integrator and step: known once the model is built (build(box).plan)"])
@@ -126,11 +149,13 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     if gearbox.speeds:
         free = f"one of {len(gearbox.independent)} speeds that the meshes leave free"
         why |= {name: f"{why[name]}; {free}" for name in gearbox.independent}
+    elastic, flexible = flexibility(gearbox, shafts)
+    shafts |= {name: Coordinates.BEARINGS for name, shaft in elastic.items() if shaft.spatial}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
     chosen = load is not None or loads is not None
     torques = given_loads(gearbox, load, loads) if chosen else largest_load(gearbox)
-    advice = missing_axes(gearbox, shafts, torques)
+    advice = missing_axes(gearbox, shafts, torques, elastic)
     idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
     open_teeth = [under if label in idle else "" for label in gearbox.labels]
     gaps = [f"driving flanks {gap / um:.4g} um apart, by the thickness of teeth" if gap else "" for gap in gearbox.gaps]
@@ -140,9 +165,10 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
+    of_sets = words_of_sets(gearbox, shafts), stages_of_sets(gearbox)
     rolling = words_on_rolling_bearings(gearbox, shafts, torques)
     beside = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, rolling
-    return Plan(shafts, why, laws, axes, *beside, words_of_sets(gearbox, shafts), stages_of_sets(gearbox))
+    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible)
 
 
 def _undamped(gearbox: Gearbox) -> bool:

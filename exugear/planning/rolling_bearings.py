@@ -25,7 +25,7 @@ def words_on_rolling_bearings(
 ) -> dict[str, str]:
     """What to say of the rolling bearings of each shaft that has some, under loads [N m] by their names."""
     with_some = [shaft for shaft in gearbox.shafts if _rolling(shaft) and shafts[shaft.name].on_bearings]
-    push = push_on_shafts(gearbox, shafts, loads) if with_some else {}
+    push = push_on_shafts(gearbox, loads) if with_some else {}
     return {
         shaft.name: "; ".join([
             f"rolling bearings, under {words_of(gearbox, loads)} {_range(shaft, push[shaft.name])}",

@@ -16,10 +16,12 @@ from exugear.gearbox.shaft_dynamics import (
     bearing_losses,
     coupling_energy,
     coupling_losses,
+    elastic_loss,
     kinetic_energy,
 )
-from exugear.multibody.drive_and_load import ShaftTorques
-from exugear.multibody.model import Model, on_bearings
+from exugear.multibody.drive_and_load import ShaftTorques, is_known_function_of_time
+from exugear.multibody.elastic_shafts import BuiltShaft
+from exugear.multibody.model import Model, is_first, on_bearings
 from exugear.operation.conditions import Conditions
 from fem.units import mm
 
@@ -74,6 +76,8 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
         for shaft, speed in ((shaft, motions[shaft.name].speed) for shaft in model.gearbox.shafts)
         if shaft.torque_supports
     }
+    for name in model.elastics:
+        couplings[f"{name} shaft"] = elastic_loss(motions[name])
     about = {"units": "W", "long_name": "power that damping dissipates"}
     variables: dict[str, Any] = {"mesh_loss": (("stage", "time"), meshes, about)}
     for kind, losses in {"bearing": bearings, "coupling": couplings}.items():
@@ -94,7 +98,7 @@ def _energies(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any
     )
     energies = {
         "kinetic_energy": (kinetic, "kinetic energy of shafts and rotors"),
-        "strain_energy": (meshes + elastic, "energy of meshes, bearings, couplings"),
+        "strain_energy": (meshes + elastic, "energy of meshes, bearings, couplings, elastic shafts"),
     }
     return {name: ("time", x, {"units": "J", "long_name": words}) for name, (x, words) in energies.items()}
 
@@ -114,13 +118,59 @@ def shaft_motions(
             q, q_t = mesh.recorder.motion(side) if side < 2 and on_bearings(model, mesh) else (None, None)
             moves = q is not None and model.plan.shafts[shaft.name].on_bearings
             rates = corrected(np.asarray(q_t, float), factor) if moves else None
-            by_name[shaft.name] = ShaftMotion(spin, speed, np.asarray(q, float) if moves else None, rates)
+            if not is_first(model, mesh.stage, shaft):
+                continue
+            positions = np.asarray(q, float) if moves else None
+            by_name[shaft.name] = ShaftMotion(spin, speed, positions, rates)
+            if built := model.elastics.get(shaft.name):
+                amplitudes, velocities = (x.astype(float) for x in built.recorder.motion(time.size))
+                by_name[shaft.name] = _elastic(by_name[shaft.name], built, amplitudes, corrected(velocities, factor))
     by_name |= _motions_on_pins(model, by_name, time.size, factor)
     for name in model.rotor_spins:
         recorder = torques[name].recorder
         spin, speed = recorder["angle"][: time.size], recorder["speed"][: time.size]
         by_name[name] = ShaftMotion(spin, corrected(speed, factor))
-    return by_name | _imposed_motion(model, conditions, time, by_name)
+    by_name |= _imposed_motion(model, conditions, time, by_name)
+    for name, built in model.elastics.items():
+        held = name in conditions.held and is_known_function_of_time(model)
+        by_name[name] = _with_torsion(model, built, by_name, time.size, factor, held=held)
+    return by_name
+
+
+def _elastic(motion: ShaftMotion, built: BuiltShaft, amplitudes: np.ndarray, rates: np.ndarray) -> ShaftMotion:
+    """The motion of a shaft with its recorded elastic coordinates (n, m + n_torsion) and their rates."""
+    elastic, m = built.elastic, built.elastic.elastic
+    twists = amplitudes[:, m:], rates[:, m:]
+    if motion.q is None or motion.q_t is None:
+        return replace(motion, elastic=elastic, twists=twists[0], twist_rates=twists[1])
+    q, q_t = elastic.decoupled(motion.q, amplitudes[:, :m]), elastic.decoupled(motion.q_t, rates[:, :m])
+    return replace(motion, q=q, q_t=q_t, elastic=elastic, twists=twists[0], twist_rates=twists[1])
+
+
+def _with_torsion(
+    model: Model, built: BuiltShaft, motions: Mapping[str, ShaftMotion], number: int, factor: float, *, held: bool
+) -> ShaftMotion:
+    """The motion of an elastic shaft with all coordinates of its torsion; held: the motion of its end is imposed."""
+    shaft, motion = built.elastic.shaft, motions[built.elastic.shaft.name]
+    angles, speeds = {shaft.stations[0]: motion.spin}, {shaft.stations[0]: motion.speed}
+    for mesh in model.meshes:
+        for side, (name, axial) in enumerate(mesh.stage.ends, start=1):
+            if name == shaft.name and axial not in angles:
+                samples = mesh.recorder.power
+                angles[axial] = samples[f"spin_{side}"]
+                speeds[axial] = corrected(samples[f"speed_{side}"], factor)
+    turned, turning = ([of[axial] for axial in shaft.stations] for of in (angles, speeds))
+    torsion = built.elastic.torsion
+    beside = (torsion.held_mass if held else torsion.mass).copy()
+    beside[0, 0] -= shaft.body_inertia
+    if shaft.twist:
+        end = motions[shaft.end_name]
+        turned, turning = [*turned, end.spin], [*turning, end.speed]
+        beside[len(shaft.stations), len(shaft.stations)] -= 0.0 if held else shaft.twist.inertia
+    amplitudes, velocities = np.asarray(motion.twists), np.asarray(motion.twist_rates)
+    twists = np.column_stack([np.reshape(turned, (-1, number)).T - motion.spin[:, None], amplitudes])
+    rates = np.column_stack([np.reshape(turning, (-1, number)).T, velocities])
+    return replace(motion, twists=twists, twist_rates=rates, beside=beside)
 
 
 def _motions_on_pins(

@@ -16,6 +16,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.drive_and_load import ShaftTorques
+from exugear.multibody.elastic_shafts import ElasticRecorder
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model, on_bearings
@@ -45,7 +46,7 @@ from fem.support.netcdf import read
 from fem.support.validation import require
 from fem.units import mm, um
 
-AnyRecorder = Recorder | ShaftRecorder | PinRecorder
+AnyRecorder = Recorder | ShaftRecorder | PinRecorder | ElasticRecorder
 #: Rows of the end state of a run.
 DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
@@ -100,8 +101,8 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
         mesh.recorder.start(steps.interval, len(samples), **part, **kinds, zeroed=True)
     for torque in torques.values():
         torque.recorder.start(steps.interval, len(samples), **part)
-    for pin in model.pins:
-        pin.recorder.start(steps.interval, len(samples), **part)
+    for further in _beside_meshes(model):
+        further.start(steps.interval, len(samples), **part)
     try:
         yield
     finally:
@@ -110,9 +111,14 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
 
 
 def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
-    """The recorders of all meshes, torques and pins."""
+    """The recorders of all meshes, torques, pins and elastic shafts."""
     of_meshes, of_torques = [mesh.recorder for mesh in model.meshes], [torque.recorder for torque in torques.values()]
-    return [*of_meshes, *of_torques, *(pin.recorder for pin in model.pins)]
+    return [*of_meshes, *of_torques, *_beside_meshes(model)]
+
+
+def _beside_meshes(model: Model) -> list[PinRecorder | ElasticRecorder]:
+    """The recorders of pins and elastic shafts."""
+    return [*(pin.recorder for pin in model.pins), *(built.recorder for built in model.elastics.values())]
 
 
 def keep_valid(

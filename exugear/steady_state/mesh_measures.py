@@ -11,7 +11,7 @@ from exugear.contact.relative_position import position_of
 from exugear.mesh_force.force_kernels import static_force
 from exugear.mesh_force.patches import phase_cell
 from exugear.mesh_force.potential import potential
-from exugear.multibody.model import Mesh, Model
+from exugear.multibody.model import Mesh, Model, gear_spin
 from fem.support.numba_cache import kept
 
 #: Steps of first and of second differences in the coordinates [m, rad].
@@ -93,7 +93,7 @@ def _measured(model: Model, mesh: Mesh, side: float) -> tuple[Callable[[np.ndarr
     """Measures of a mesh in space, as `spatial_measures`, by the coordinates; indices of those that they depend on."""
     shafts = mesh.stage.fast, mesh.stage.slow
     components = [model.plan.shafts[shaft.name].components for shaft in shafts]
-    spins = [model.spins[shaft.name] for shaft in shafts]
+    spins = [gear_spin(model, mesh.stage, shaft) for shaft in shafts]
     indices = [spin + np.arange(1 - len(part), 1) for spin, part in zip(spins, components, strict=True)]
     carrier = _carrier_of_spins(model, mesh)
 

@@ -101,6 +101,12 @@ def loads_over_flanks() -> xr.Dataset:
     return xr.Dataset(variables, axes, fem.ste_map(paper_pair(), [0, 1.0], [0.0], np.zeros((2, 1))).attrs)
 
 
+def elastic_shaft() -> exugear.Shaft:
+    """A shaft from sections."""
+    ball = exugear.Bearing(radial=2e8, axial=1e8)
+    return exugear.Shaft("fast", {0 * mm: ball, 60 * mm: paper_gear(), 90 * mm: ball}, sections=[(40 * mm, 90 * mm)])
+
+
 def two_bodies() -> tuple[Any, Any, list]:
     """A hand-built system with the paper's pair in contact: container, mbs, its bodies and contact."""
     container = exu.SystemContainer()
@@ -140,7 +146,7 @@ def instances() -> dict[str, Any]:
         exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
         exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um), exugear.XuFriction(0.02, 0.4
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
-        box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
+        elastic_shaft(), linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
         planetary(), exugear.RingSensor(0.5, np.cos),
         exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
@@ -264,7 +270,8 @@ def by_name() -> dict[str, Any]:
         "plot_contact_pattern.name": "pressure", "plot_load_distribution.name": "pressure",
         **{f"{name}.loads": None for name in ("modes", "campbell", "eigenfrequencies", "steady_states", "plan")},
         "Coupling.further": (), "Coupling.name": "",
-        "integrator.mbs": two_bodies()[1], "modes.speed": 10.0, "campbell.harmonics": 2,
+        "integrator.mbs": two_bodies()[1], "modes.speed": 10.0,
+        "bending_frequencies.speed": 10.0, "campbell.harmonics": 2,
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], speed=(0.0, 60.0), load=100.0),

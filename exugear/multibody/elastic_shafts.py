@@ -1,0 +1,388 @@
+"""Elastic shafts in Exudyn: an object with constant matrices between the bodies of the gears and a further node.
+
+Each gear has a rigid body, to which its contact is tied, in coordinates that do not turn. The object adds what these
+bodies lack: the rest of the mass matrix, the stiffness of shaft and bearings, and gyroscopic moments, which are
+proportional to the speed and which a compiled kernel evaluates. It records the elastic coordinates, too, from which the
+motion of each bearing follows.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
+from numba import carray
+from numba.np.unsafe import ndarray
+
+from exugear.contact.recorder import HEADER, SAME, header_at, sample_of
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_stiffness
+from exugear.gearbox.disc import Disc
+from exugear.gearbox.elastic_shaft import ElasticShaft
+from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.mesh_force.kernel_records import address_of, doubles_at, floats_at, put_all, reader, record_type
+from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
+from exugear.multibody.direct_call import direct
+from exugear.multibody.exudyn_objects import node_of
+from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
+from exugear.rolling_bearings.law import law_at, law_record, reaction
+from fem.support.numba_cache import compiled, kept
+
+#: Number of elastic coordinates, index of the spin; addresses of the gyroscopic matrix (n, n), of the rows (elastic, n)
+#: that measure the elastic coordinates, and of room for coordinates and velocities (2 n) and for forces (n).
+ELASTIC = record_type(*((name, "i8") for name in ("elastic", "spin", "polar", "rows", "state", "forces")))
+#: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of such room; of a rolling
+#: bearing that of its `LAW`, and rows (5, n) for all of its motion.
+BEARING = record_type(*((name, "i8") for name in ("law", "rows", "state", "forces")))
+elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
+#: The function for kernels: (array, n) -> its n floats as a tuple.
+as_tuple: Any = ndarray.to_fixed_tuple
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticRecorder:
+    """Elastic coordinates of a shaft and their rates at t = 0, interval, ..., as `exugear.Recorder` samples a contact.
+
+    elastic   number of elastic coordinates
+    """
+
+    elastic: int
+    header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
+    samples: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+
+    def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:
+        """Allocate a number of samples, 0 until written; arguments as those of `exugear.Recorder.start`."""
+        self.samples.update({name: np.zeros((self.elastic, number), np.float32) for name in ("amplitudes", "rates")})
+        self.header.interval, self.header.tolerance = interval, SAME / steps
+        self.header.number, self.header.first = number, first
+        self.header.samples[:2] = [array.ctypes.data for array in self.samples.values()]
+
+    def motion(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """(number, elastic) first amplitudes and their rates, of torsion last."""
+        amplitudes, rates = (self.samples[name][:, :number].T for name in ("amplitudes", "rates"))
+        return amplitudes, rates
+
+
+@dataclass(frozen=True, eq=False)
+class BuiltShaft:
+    """An elastic shaft in a built system.
+
+    elastic    its coordinates and matrices
+    bodies     axial position of each gear [m] -> object number of its body
+    number     of the object with the matrices
+    recorder   samples of the elastic coordinates
+    indices    (size,) of its coordinates among those of the system
+    """
+
+    elastic: ElasticShaft
+    bodies: Mapping[float, int]
+    number: int
+    recorder: ElasticRecorder
+    indices: np.ndarray
+
+    @property
+    def spins(self) -> dict[float, int]:
+        """Axial position of each gear [m] -> index of the spin of its body."""
+        turning = self.elastic.turning[: len(self.bodies)]
+        return {axial: int(index) for axial, index in zip(self.bodies, self.indices[turning], strict=True)}
+
+    @property
+    def turning(self) -> np.ndarray:
+        """(n,) indices of the coordinates of torsion among those of the system."""
+        return self.indices[self.elastic.turning]
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """(size, size) stiffness of the shaft and its bearings, nonlinear ones at their steepest slopes."""
+        bearings = at_bearings(self.elastic)
+        return sum((rows.T @ bearing.stiffness @ rows for rows, bearing in bearings), self.elastic.stiffness_matrix)
+
+    def following(self, axial: float) -> np.ndarray:
+        """(size, 6) coordinates of the whole shaft that follow the body of a gear, nothing else pushing it."""
+        first = 6 * self.elastic.shaft.stations.index(axial)
+        moved = np.arange(first, first + 6)
+        follow, stiffness = np.zeros((self.elastic.size, 6)), self.stiffness
+        follow[moved] = np.eye(6)
+        follow[self.elastic.turning[: len(self.bodies)], 5] = 1.0
+        rest = np.setdiff1d(self.elastic.moving, moved)
+        follow[rest] = np.linalg.solve(stiffness[np.ix_(rest, rest)], -stiffness[np.ix_(rest, moved)])
+        return follow
+
+    def mass_beside(self, *, held: bool) -> np.ndarray:
+        """(size, size) mass that bodies and rotors lack; held: the motion of the end is imposed."""
+        elastic, step = self.elastic, self.elastic.of_bodies // len(self.bodies)
+        mass = elastic.mass_matrix(held=held)
+        for i, body in enumerate(inertias_of_bodies(elastic)):
+            part = slice(step * i, step * (i + 1))
+            mass[part, part] -= np.diag(([body.mass] * 3 + [body.transverse] * 2 + [body.inertia])[-step:])
+        if elastic.shaft.twist and not held:
+            mass[elastic.end, elastic.end] -= elastic.shaft.twist.inertia
+        return mass
+
+
+def at_bearings(elastic: ElasticShaft) -> list[tuple[np.ndarray, Bearing | RollingBearing]]:
+    """(6, size) rows that measure the motion at each bearing, and the bearing; none of a shaft that only spins."""
+    bearings = elastic.shaft.bearings if elastic.spatial else {}
+    return [(elastic.at_bearing(axial), bearing) for axial, bearing in bearings.items()]
+
+
+def inertias_of_bodies(elastic: ElasticShaft) -> list[Disc]:
+    """The inertia of the body of each gear: equal shares, which the matrices correct."""
+    shaft, number = elastic.shaft, len(elastic.shaft.stations)
+    share = shaft.mass / number, shaft.body_inertia / number, shaft.transverse / number
+    return [Disc(*share)] * number
+
+
+def add_bodies_of_gears(mbs, pose: list[float], elastic: ElasticShaft) -> dict[float, int]:
+    """Add the bodies of the gears of an elastic shaft; pose: reference coordinates (6) of its centre of mass."""
+    bodies: dict[float, int] = {}
+    for axial, inertia in zip(elastic.shaft.stations, inertias_of_bodies(elastic), strict=True):
+        name = f"{elastic.shaft.name} gear {len(bodies) + 1}" if bodies else elastic.shaft.name
+        if elastic.spatial:
+            tensor = np.diag([inertia.transverse] * 2 + [inertia.inertia])
+            bodies[axial] = mbs.CreateRigidBody(
+                name=name,
+                referencePosition=pose[:3],
+                referenceRotationMatrix=RotXYZ2RotationMatrix([*pose[3:5], 0.0]),
+                inertia=RigidBodyInertia(mass=inertia.mass, inertiaTensor=tensor),
+                nodeType=exu.NodeType.RotationRxyz,
+            )
+        else:
+            node = mbs.AddNode(eii.Node1D(name=name, referenceCoordinates=[0.0]))
+            data = {"inertia": inertia.inertia, "nodeNumber": node, "referencePosition": pose[:3]}
+            bodies[axial] = mbs.AddObject(eii.ObjectRotationalMass1D(name=name, **data))
+    return bodies
+
+
+def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], end: int | None) -> BuiltShaft:
+    """Add matrices and bearings of an elastic shaft to the bodies of its gears and to the rotor of its end, if any."""
+    nodes = [node_of(mbs, body) for body in [*bodies.values(), *([] if end is None else [end])]]
+    if elastic.further:
+        zeros = [0.0] * elastic.further
+        initial = {f"initialCoordinates{rate}": zeros for rate in ("", "_t")}
+        data = {"referenceCoordinates": zeros, "numberOfODE2Coordinates": elastic.further, **initial}
+        nodes.append(mbs.AddNode(eii.NodeGenericODE2(name=f"{elastic.shaft.name} shapes", **data)))
+    recorder = ElasticRecorder(len(elastic.amplitude_rows))
+    built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
+    number = _add_matrices(mbs, nodes, built)
+    for rows, bearing in at_bearings(elastic):
+        if isinstance(bearing, RollingBearing):
+            _add_rolling_bearing(mbs, nodes, rows, bearing)
+        elif not bearing.linear:
+            _add_bearing(mbs, nodes, rows, bearing)
+    return replace(built, number=number)
+
+
+def located(mbs, built: BuiltShaft) -> BuiltShaft:
+    """The shaft with the indices of its coordinates in the assembled system."""
+    return replace(built, indices=np.array(mbs.systemData.GetObjectLTGODE2(built.number), int))
+
+
+def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
+    """Set the mass of a shaft for an end whose motion is imposed, or is free."""
+    mbs.SetObjectParameter(built.number, "massMatrix", built.mass_beside(held=held))
+
+
+def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
+    """Add the object with the matrices that bodies lack, the linear bearings among them, the end free."""
+    elastic, recorder = built.elastic, built.recorder
+    n, polar = elastic.size, elastic.polar_matrix.copy()
+    for i, body in enumerate(inertias_of_bodies(elastic) if elastic.spatial else ()):
+        polar[6 * i + 3, 6 * i + 4] -= body.inertia
+        polar[6 * i + 4, 6 * i + 3] += body.inertia
+    stiffness, damping = elastic.stiffness_matrix.copy(), elastic.damping_matrix.copy()
+    for rows, bearing in at_bearings(elastic):
+        k = rows.T @ linear_part(bearing, 0.0) @ rows
+        stiffness, damping = stiffness + k, damping + bearing.damping_time * k
+    room = np.zeros(2 * n), np.zeros(n)
+    spin, arrays = int(elastic.turning[0]), (np.ascontiguousarray(polar), elastic.amplitude_rows, *room)
+    record = np.zeros(1, ELASTIC)[0]
+    record.elastic, record.spin = recorder.elastic, spin
+    record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
+    kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
+
+    def elastic_shaft(mbs, t, item, q, q_t):
+        return kernel(*addresses, t, *q, *q_t)
+
+    def elastic_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        jacobian = factor_t * q_t[spin] * polar
+        jacobian[:, spin] += factor_t * polar @ q_t
+        return jacobian
+
+    function = direct(elastic_shaft, kernel, (record, recorder.header), n, pointed_to=(arrays, recorder))
+    item: Any = eii.ObjectGenericODE2(
+        name=f"{elastic.shaft.name} shaft",
+        nodeNumbers=nodes,
+        massMatrix=built.mass_beside(held=False),
+        stiffnessMatrix=stiffness,
+        dampingMatrix=damping,
+        forceUserFunction=function,
+        jacobianUserFunction=elastic_jacobian,
+    )
+    item.visualization["show"] = False
+    return mbs.AddObject(item)
+
+
+@cache
+def elastic_kernel(n: int):
+    """The function (record, recorder, t, *coordinates, *velocities) -> gyroscopic moments (n) of an elastic shaft.
+
+    The first two are addresses: of an `ELASTIC` and of a recorder's header.
+    """
+
+    @kept
+    def elastic_shaft(record, recorder, t, *x):
+        shaft = elastic_at(record)
+        polar, forces = carray(doubles_at(shaft.polar), (n, n)), carray(doubles_at(shaft.forces), n)
+        put_all(shaft.state, x)
+        state = carray(doubles_at(shaft.state), 2 * n)
+        speed = state[n + shaft.spin]
+        for i in range(n):
+            forces[i] = 0.0
+        for j in range(n):
+            # -polar is its transpose, whose rows lie together
+            rate = speed * state[n + j]
+            for i in range(n):
+                forces[i] += polar[j, i] * rate
+        k = sample_of(recorder, t)
+        if k >= 0:
+            header = header_at(recorder)
+            rows = carray(doubles_at(shaft.rows), (shaft.elastic, n))
+            for i in range(shaft.elastic):
+                amplitude, rate = 0.0, 0.0
+                for j in range(n):
+                    amplitude, rate = amplitude + rows[i, j] * state[j], rate + rows[i, j] * state[n + j]
+                floats_at(header.samples[0])[i * header.number + k] = amplitude
+                floats_at(header.samples[1])[i * header.number + k] = rate
+        return as_tuple(forces, n)
+
+    return elastic_shaft
+
+
+def _add_bearing(mbs, nodes: list[Any], rows: np.ndarray, bearing: Bearing) -> None:
+    """Add the radial part of a nonlinear bearing, whose motion rows (6, n) measure."""
+    n, law = rows.shape[1], radial_record(bearing, 0.0)
+    arrays = np.ascontiguousarray(rows[:2]), np.zeros(2 * n), np.zeros(n)
+    record = np.zeros(1, BEARING)[0]
+    record.law, (record.rows, record.state, record.forces) = address_of(law), (array.ctypes.data for array in arrays)
+    kernel, address = bearing_kernel(n), address_of(record)
+
+    def elastic_bearing(mbs, t, item, q, q_t):
+        try:
+            return kernel(address, t, *q, *q_t)
+        except ValueError as error:
+            r, end = error.args
+            beyond = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
+            raise (OutOfRange(f"{beyond}; extend it") if r < FAR else Diverged(beyond)) from None
+
+    def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        radial = tangent_stiffness(bearing, 0.0, rows @ np.array(q)) - linear_part(bearing, 0.0)
+        return (factor + factor_t * bearing.damping_time) * rows.T @ radial @ rows
+
+    function = direct(errors_kept(mbs, elastic_bearing), kernel, (record,), n, pointed_to=(law, arrays))
+    item: Any = eii.ObjectGenericODE2(
+        nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=bearing_jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)
+
+
+@cache
+def bearing_kernel(n: int):
+    """The function (record, t, *coordinates, *velocities) -> forces (n) of a nonlinear bearing on an elastic shaft.
+
+    record is the address of a `BEARING`. Raises ValueError(r, end) where the radial displacement r lies beyond the end
+    of the law.
+    """
+
+    @kept
+    def elastic_bearing(record, t, *x):
+        bearing = bearing_at(record)
+        law = radial_law_at(bearing.law)
+        points, rows = points_of(law), carray(doubles_at(bearing.rows), (2, n))
+        forces, at_x, at_y, v_x, v_y = carray(doubles_at(bearing.forces), n), 0.0, 0.0, 0.0, 0.0
+        put_all(bearing.state, x)
+        state = carray(doubles_at(bearing.state), 2 * n)
+        for j in range(n):
+            at_x, at_y = at_x + rows[0, j] * state[j], at_y + rows[1, j] * state[j]
+            v_x, v_y = v_x + rows[0, j] * state[n + j], v_y + rows[1, j] * state[n + j]
+        r, end = np.hypot(at_x, at_y), points[0, law.points - 1]
+        if not r <= end:
+            raise ValueError(r, end)
+        p, q = radial_reaction(points, law.damping, at_x, at_y, v_x, v_y)
+        for j in range(n):
+            forces[j] = rows[0, j] * p + rows[1, j] * q
+        return as_tuple(forces, n)
+
+    return elastic_bearing
+
+
+def _add_rolling_bearing(mbs, nodes: list[Any], rows: np.ndarray, bearing: RollingBearing) -> None:
+    """Add a rolling bearing, whose motion rows (6, n) measure."""
+    n, law = rows.shape[1], law_record(bearing.rows, 0.0, bearing.damping_time, tables=True)
+    arrays = np.ascontiguousarray(rows[:5]), np.zeros(2 * n), np.zeros(n)
+    record = np.zeros(1, BEARING)[0]
+    record.law, (record.rows, record.state, record.forces) = law.address, (array.ctypes.data for array in arrays)
+    kernel, address = rolling_kernel(n), address_of(record)
+
+    def rolling_bearing(mbs, t, item, q, q_t):
+        try:
+            return kernel(address, t, *q, *q_t)
+        except ValueError as error:
+            raise Diverged(f"displacement {error.args[0]:.4g} m of a rolling bearing is beyond all bounds") from None
+
+    def rolling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        tangent = tangent_stiffness(bearing, 0.0, rows @ np.array(q))
+        return (factor + factor_t * bearing.damping_time) * rows.T @ tangent @ rows
+
+    function = direct(errors_kept(mbs, rolling_bearing), kernel, (record,), n, pointed_to=(law, arrays))
+    item: Any = eii.ObjectGenericODE2(
+        nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=rolling_jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)
+
+
+@compiled
+def measured(rows, state, first, n):
+    """Motion (5) that rows (5, n) measure in a state, from an index on."""
+    x, y, z, a, b = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(n):
+        value = state[first + j]
+        x, y, z = x + rows[0, j] * value, y + rows[1, j] * value, z + rows[2, j] * value
+        a, b = a + rows[3, j] * value, b + rows[4, j] * value
+    return x, y, z, a, b
+
+
+@cache
+def rolling_kernel(n: int):
+    """The function (record, t, *coordinates, *velocities) -> forces (n) of a rolling bearing on an elastic shaft.
+
+    record is the address of a `BEARING`. Raises ValueError(displacement) beyond all bounds.
+    """
+
+    @kept
+    def elastic_rolling_bearing(record, t, *x):
+        bearing = bearing_at(record)
+        put_all(bearing.state, x)
+        state, rows = carray(doubles_at(bearing.state), 2 * n), carray(doubles_at(bearing.rows), (5, n))
+        q, forces = measured(rows, state, 0, n), carray(doubles_at(bearing.forces), n)
+        far = abs(q[0]) + abs(q[1]) + abs(q[2])
+        if not far <= FAR:
+            raise ValueError(far)
+        on_shaft = reaction(law_at(bearing.law), q, measured(rows, state, n, n))
+        for j in range(n):
+            forces[j] = (
+                rows[0, j] * on_shaft[0]
+                + rows[1, j] * on_shaft[1]
+                + rows[2, j] * on_shaft[2]
+                + rows[3, j] * on_shaft[3]
+                + rows[4, j] * on_shaft[4]
+            )
+        return as_tuple(forces, n)
+
+    return elastic_rolling_bearing
