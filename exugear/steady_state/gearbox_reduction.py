@@ -23,7 +23,7 @@ from exugear.modal.linear_system import LinearSystem, linear_gearbox
 from exugear.modal.mesh_tangents import MeshTangent, averaged_phases, mesh_tangent
 from exugear.modal.operating_point import in_loaded_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL
-from exugear.multibody.model import Mesh, Model, centre_of
+from exugear.multibody.model import Mesh, Model, moving_of
 from exugear.steady_state.exciting_mesh import ExcitingMesh, MeshEquilibrium
 from exugear.steady_state.force_error import Reduction
 from exugear.steady_state.mesh_measures import (
@@ -103,7 +103,8 @@ def _centrifugal_load(model: Model) -> np.ndarray:
     load = np.zeros(model.mbs.systemData.ODE2Size())
     for pin in model.pins:
         ratio = float(model.gearbox.ratios[pin.carrier.name])
-        load[centre_of(model, pin.planet.name)] = pin.planet.mass * ratio**2 * np.asarray(pin.position[:2])
+        first = moving_of(model, pin.planet.name).start
+        load[first : first + 2] = pin.planet.mass * ratio**2 * np.asarray(pin.position[:2])
     return load
 
 
