@@ -54,7 +54,12 @@ HEADER = record_type(
     *(("powers", "i8", len(POWER_NAMES)), ("carrier", "i8", len(CARRIER_NAMES))),
     ("friction", "i8", len(FRICTION_NAMES)),
 )
-header_at = reader(HEADER)
+#: Header of the recorder of a body: the same, with room for more addresses of samples.
+MOST_SAMPLES = 30
+BODY_HEADER = record_type(
+    *(("interval", "f8"), ("tolerance", "f8"), ("number", "i8"), ("first", "i8"), ("samples", "i8", MOST_SAMPLES)),
+)
+header_at, body_header_at = reader(HEADER), reader(BODY_HEADER)
 #: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
 #: steps after 1e7 of them.
 SAME = 0.25
@@ -219,3 +224,29 @@ class Recorder:
         """
         require("energy" in self.samples, "the recorder has no power; start it with power=True")
         return {name: self.samples[name] for name in (*POWER_NAMES, *CARRIER_NAMES) if name in self.samples}
+
+
+@dataclass(frozen=True, eq=False)
+class BodyRecorder:
+    """Samples of a shaft, a pin or an elastic shaft at t = 0, interval, ..., which its compiled kernel writes.
+
+    names   of the quantities, in the order in which the kernel stores them
+    width   numbers of a quantity in a sample, in single precision; None: one, in double precision
+    """
+
+    names: tuple[str, ...]
+    width: int | None = None
+    header: np.record = field(default_factory=lambda: np.zeros(1, BODY_HEADER)[0], init=False, repr=False)
+    samples: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+
+    def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:
+        """Allocate a number of samples, 0 until written; arguments as those of `Recorder.start`."""
+        for name in self.names:
+            shape, kind = (number, np.float64) if self.width is None else ((self.width, number), np.float32)
+            self.samples[name] = np.zeros(shape, kind)
+        self.header.interval, self.header.tolerance = interval, SAME / steps
+        self.header.number, self.header.first = number, first
+        self.header.samples[: len(self.names)] = [self.samples[name].ctypes.data for name in self.names]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.samples[name]

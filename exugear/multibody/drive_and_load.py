@@ -17,6 +17,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.utilities import CreateSymbolicUserFunction
 
+from exugear.contact.recorder import BodyRecorder
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import direct
@@ -31,10 +32,9 @@ from exugear.multibody.model import (
     hold_members,
     is_first,
 )
-from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
+from exugear.multibody.torque_kernels import SHAFT_NAMES, torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
-from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.time_functions import Line
 from exugear.operation.torque_tables import NO_TORQUE, TorqueTable
 
@@ -58,7 +58,7 @@ class ShaftTorque:
 
     name: str
     record: np.record
-    recorder: ShaftRecorder
+    recorder: BodyRecorder
 
 
 #: Tabulated torques and recorded motions of a run, by the name of the shaft or rotor.
@@ -251,7 +251,7 @@ class DriveAndLoad:
         factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
         record, arrays = torque_record(table, model.gearbox.directions[end.shaft], end.sense, states, factors)
         record.held, record.torque = 1, at_start
-        recorder, node = ShaftRecorder(), _node_of(model, end.body)
+        recorder, node = BodyRecorder(SHAFT_NAMES), _node_of(model, end.body)
         _add_torque_object(model.mbs, name, node, record, recorder, pointed_to=(arrays, states, recorder))
         self.torques[end.body] = ShaftTorque(name, record, recorder)
 
@@ -356,7 +356,7 @@ def _node_of(model: Model, body: str):
     return node_of(mbs, mbs.GetObjectNumber(body) if number is None else number)
 
 
-def _add_torque_object(mbs, name: str, node, record: np.record, recorder: ShaftRecorder, pointed_to: object) -> None:
+def _add_torque_object(mbs, name: str, node, record: np.record, recorder: BodyRecorder, pointed_to: object) -> None:
     """Add a torque on the last coordinate of a node, which is its spin; called without Python where that works.
 
     pointed_to   what the records hold addresses of

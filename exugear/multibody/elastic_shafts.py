@@ -7,7 +7,7 @@ motion of each bearing follows.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -18,7 +18,7 @@ from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 from numba import carray
 from numba.np.unsafe import ndarray
 
-from exugear.contact.recorder import HEADER, SAME, header_at, sample_of
+from exugear.contact.recorder import BodyRecorder, header_at, sample_of
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_stiffness
 from exugear.gearbox.disc import Disc
@@ -44,45 +44,26 @@ as_tuple: Any = ndarray.to_fixed_tuple
 
 
 @dataclass(frozen=True, eq=False)
-class ElasticRecorder:
-    """Elastic coordinates of a shaft and their rates at t = 0, interval, ..., as `exugear.Recorder` samples a contact.
-
-    elastic   number of elastic coordinates
-    """
-
-    elastic: int
-    header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
-    samples: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
-
-    def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:
-        """Allocate a number of samples, 0 until written; arguments as those of `exugear.Recorder.start`."""
-        self.samples.update({name: np.zeros((self.elastic, number), np.float32) for name in ("amplitudes", "rates")})
-        self.header.interval, self.header.tolerance = interval, SAME / steps
-        self.header.number, self.header.first = number, first
-        self.header.samples[:2] = [array.ctypes.data for array in self.samples.values()]
-
-    def motion(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """(number, elastic) first amplitudes and their rates, of torsion last."""
-        amplitudes, rates = (self.samples[name][:, :number].T for name in ("amplitudes", "rates"))
-        return amplitudes, rates
-
-
-@dataclass(frozen=True, eq=False)
 class BuiltShaft:
     """An elastic shaft in a built system.
 
     elastic    its coordinates and matrices
     bodies     axial position of each gear [m] -> object number of its body
     number     of the object with the matrices
-    recorder   samples of the elastic coordinates
+    recorder   samples of the amplitudes and their rates
     indices    (size,) of its coordinates among those of the system
     """
 
     elastic: ElasticShaft
     bodies: Mapping[float, int]
     number: int
-    recorder: ElasticRecorder
+    recorder: BodyRecorder
     indices: np.ndarray
+
+    def motion(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """(number, elastic) first recorded amplitudes and their rates, of torsion last."""
+        amplitudes, rates = (self.recorder[name][:, :number].T for name in self.recorder.names)
+        return amplitudes, rates
 
     @property
     def spins(self) -> dict[float, int]:
@@ -166,7 +147,7 @@ def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], e
         initial = {f"initialCoordinates{rate}": zeros for rate in ("", "_t")}
         data = {"referenceCoordinates": zeros, "numberOfODE2Coordinates": elastic.further, **initial}
         nodes.append(mbs.AddNode(eii.NodeGenericODE2(name=f"{elastic.shaft.name} shapes", **data)))
-    recorder = ElasticRecorder(len(elastic.amplitude_rows))
+    recorder = BodyRecorder(("amplitudes", "rates"), width=len(elastic.amplitude_rows))
     built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
     number = _add_matrices(mbs, nodes, built)
     for rows, bearing in at_bearings(elastic):
@@ -201,7 +182,7 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     room = np.zeros(2 * n), np.zeros(n)
     spin, arrays = int(elastic.turning[0]), (np.ascontiguousarray(polar), elastic.amplitude_rows, *room)
     record = np.zeros(1, ELASTIC)[0]
-    record.elastic, record.spin = recorder.elastic, spin
+    record.elastic, record.spin = recorder.width, spin
     record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
     kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
 

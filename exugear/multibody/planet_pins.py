@@ -12,7 +12,7 @@ work, and their moments balance. In the plane z and n do not move, and d_r is al
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from math import cos, sin
 from typing import Any
@@ -20,7 +20,7 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.contact.recorder import SAME, sample_of, store
+from exugear.contact.recorder import BodyRecorder, body_header_at, sample_of, store
 from exugear.contact.rotation import RXYZ, angular_velocity, by_angles, moments, times, transposed
 from exugear.contact.vectors import cross, dot, scaled, total
 from exugear.gearbox.bearing import Bearing, is_isotropic
@@ -50,11 +50,6 @@ CENTRE = "x", "y", "z", "tilt_x", "tilt_y"
 CARRIER_NAMES = "spin", "speed", "torque"
 #: Rates have this behind the name; velocities of the planet against the ground this before it.
 RATE, PLANET = "_rate", "planet_"
-#: Header of a recorder, whose first fields are those of `exugear.contact.recorder.HEADER`; addresses of the samples.
-PIN_HEADER = record_type(
-    *(("interval", "f8"), ("tolerance", "f8"), ("number", "i8"), ("first", "i8"), ("samples", "i8", 30)),
-)
-pin_header_at = reader(PIN_HEADER)
 
 
 def names_of_samples(components: int) -> tuple[str, ...]:
@@ -66,24 +61,13 @@ def names_of_samples(components: int) -> tuple[str, ...]:
     return (*deflection, *rates[:components], *CARRIER_NAMES, *centre, *rates[components:], *velocities, *tilt)
 
 
-@dataclass(frozen=True, eq=False)
-class PinRecorder:
-    """Samples of a pin at t = 0, interval, ..., as `exugear.Recorder` samples a contact.
+class PinRecorder(BodyRecorder):
+    """Samples of a pin, and the motions of planet and carrier in them."""
 
-    components   of the motion: 2 in the plane, 5 in space
-    """
-
-    components: int
-    header: np.record = field(default_factory=lambda: np.zeros(1, PIN_HEADER)[0], init=False, repr=False)
-    samples: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
-
-    def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:
-        """Allocate a number of samples, 0 until written; arguments as those of `exugear.Recorder.start`."""
-        names = names_of_samples(self.components)
-        self.samples.update({name: np.zeros(number) for name in names})
-        self.header.interval, self.header.tolerance = interval, SAME / steps
-        self.header.number, self.header.first = number, first
-        self.header.samples[: len(names)] = [self.samples[name].ctypes.data for name in names]
+    @property
+    def components(self) -> int:
+        """Of the motion: 2 in the plane, 5 in space."""
+        return sum(name in DEFLECTION for name in self.names)
 
     def deflection(self, number: int, rate: bool = False) -> np.ndarray:
         """(number, components) first samples of the planet's deflection from its pin, or of its rates.
@@ -163,7 +147,7 @@ def pin_of(planet: Shaft, carrier: Shaft, poses, components: int) -> Pin:
     record.axes, record.between = [radius, np.cross(axis, radius), axis], between
     record.planet_tilts, record.carrier_tilts = on_planet[3:5], on_carrier[3:5]
     record.stiffness, record.damping = ([k[0, 0], k[2, 2], k[3, 3], k[0, 4]] for k in (stiffness, damping))
-    return Pin(planet, carrier, between, stiffness, record, PinRecorder(components))
+    return Pin(planet, carrier, between, stiffness, record, PinRecorder(names_of_samples(components)))
 
 
 @compiled
@@ -188,7 +172,7 @@ def pin_forces(pin, t, recorder, carrier, planet):
         deflections = d_x * u_x + d_y * u_y, d_y * u_x - d_x * u_y
         rates = w_x * u_x + w_y * u_y, w_y * u_x - w_x * u_y
         motion = angle, omega, torque, c_x, c_y, vc_x, vc_y, vp_x, vp_y
-        store(pin_header_at(recorder).samples, k, (*deflections, *rates, *motion))
+        store(body_header_at(recorder).samples, k, (*deflections, *rates, *motion))
     on_spin = torque + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
     return (e_x + f_x, e_y + f_y, on_spin), (-e_x - f_x, -e_y - f_y, 0.0)
 
@@ -254,7 +238,7 @@ def pin_forces_in_space(pin, t, recorder, carrier, planet):
         centre = q_c[0], q_c[1], q_c[2], q_c[3], q_c[4], v_c[0], v_c[1], v_c[2], v_c[3], v_c[4]
         velocity = v_p[0], v_p[1], v_p[2], v_p[3], v_p[4], angles_p[1]
         motion = spin.angle, spin.speed, torque
-        store(pin_header_at(recorder).samples, k, (*deflections, *rates, *motion, *centre, *velocity))
+        store(body_header_at(recorder).samples, k, (*deflections, *rates, *motion, *centre, *velocity))
     on_spin = torque + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
     return (*pushed, a_c, b_c, on_spin), (-pushed[0], -pushed[1], -pushed[2], a_p, b_p, 0.0)
 

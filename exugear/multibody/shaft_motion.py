@@ -100,7 +100,7 @@ def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.n
         moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
         by_name[shaft.name] = shaft, q[:, moving], q_t[:, moving]
         if built := model.elastics.get(shaft.name):
-            elastic, (amplitudes, rates) = built.elastic, built.recorder.motion(number)
+            elastic, (amplitudes, rates) = built.elastic, built.motion(number)
             q, q_t = (elastic.decoupled(x, y[:, : elastic.elastic]) for x, y in ((q, amplitudes), (q_t, rates)))
             by_name[shaft.name] = shaft, q, q_t
     return by_name

@@ -12,6 +12,8 @@ from exugear.multibody.integrator_steps import state_at
 from exugear.operation.torque_tables import ANGLE, SPEED, TorqueTable
 from fem.support.numba_cache import compiled, kept
 
+#: What is recorded of a torque about z: angle [rad] and speed [rad/s] of the shaft, torque on it [N m].
+SHAFT_NAMES = "angle", "speed", "torque"
 #: A torque about z. direction: of the shaft at positive speed; sense: +1 with the motion (drive), -1 against it (load);
 #: held: 1 keeps the torque constant, for static solves. Number of pieces, addresses of knots and coefficients. Number
 #: of meshes, addresses of the addresses of their states and of their mesh forces per torque [1/m]. torque: about z, as

@@ -123,7 +123,7 @@ def shaft_motions(
             positions = np.asarray(q, float) if moves else None
             by_name[shaft.name] = ShaftMotion(spin, speed, positions, rates)
             if built := model.elastics.get(shaft.name):
-                amplitudes, velocities = (x.astype(float) for x in built.recorder.motion(time.size))
+                amplitudes, velocities = (x.astype(float) for x in built.motion(time.size))
                 by_name[shaft.name] = _elastic(by_name[shaft.name], built, amplitudes, corrected(velocities, factor))
     by_name |= _motions_on_pins(model, by_name, time.size, factor)
     for name in model.rotor_spins:

@@ -11,16 +11,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, Recorder
+from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, BodyRecorder, Recorder
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.drive_and_load import ShaftTorques
-from exugear.multibody.elastic_shafts import ElasticRecorder
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model, on_bearings
-from exugear.multibody.planet_pins import PinRecorder
 from exugear.multibody.shaft_motion import (
     BearingForces,
     drag_variables,
@@ -33,7 +31,6 @@ from exugear.multibody.shaft_motion import (
 from exugear.multibody.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
 from exugear.operation.shaft_ends import numbers_of_text
-from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import End
 from exugear.planning.map_axes import IGNORED
 from exugear.planning.sampling import Steps
@@ -46,7 +43,7 @@ from fem.support.netcdf import read
 from fem.support.validation import require
 from fem.units import mm, um
 
-AnyRecorder = Recorder | ShaftRecorder | PinRecorder | ElasticRecorder
+AnyRecorder = Recorder | BodyRecorder
 #: Rows of the end state of a run.
 DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
@@ -116,7 +113,7 @@ def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
     return [*of_meshes, *of_torques, *_beside_meshes(model)]
 
 
-def _beside_meshes(model: Model) -> list[PinRecorder | ElasticRecorder]:
+def _beside_meshes(model: Model) -> list[BodyRecorder]:
     """The recorders of pins and elastic shafts."""
     return [*(pin.recorder for pin in model.pins), *(built.recorder for built in model.elastics.values())]
 

@@ -7,11 +7,11 @@ from scenes import smooth_box
 from scipy.interpolate import PchipInterpolator
 
 from exugear import MotorCurve, Torque
+from exugear.contact.recorder import BodyRecorder
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.imposed_motion import spin_of
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.piecewise_cubics import tabulated
-from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.time_functions import Line, curve_through_function, curve_through_points, speed_function
 from exugear.operation.torque_tables import torque_table
 from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
@@ -61,9 +61,9 @@ def test_a_tabulated_function_is_kept_within_a_millionth(monkeypatch):
 def test_the_kernel_gives_the_torque_of_the_table_about_z(torque, state, expected, direction, sense):
     time, speed, angle = state
     record, _arrays = torque_record(table(torque), direction, sense, [], [])
-    values = table(torque)(time, speed, angle)
+    values, recorder = table(torque)(time, speed, angle), BodyRecorder(("angle", "speed", "torque"))
     about_z = torque_kernel(6)(
-        address_of(record), address_of(ShaftRecorder().header), time, *np.zeros(5), direction * angle, *np.zeros(5),
+        address_of(record), address_of(recorder.header), time, *np.zeros(5), direction * angle, *np.zeros(5),
         direction * speed,
     )  # fmt: skip
     assert values == pytest.approx(expected, abs=1e-4)
