@@ -10,7 +10,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Shaft, TorqueSupport
 from exugear.mesh_force.ring_pair import Ring
-from exugear.plots.figures import axes_or_new, styled
+from exugear.plots.figures import axes_or_new, merged, styled
 from fem.gear.gear import Gear
 from fem.support.arguments import checked
 from fem.units import mm
@@ -35,17 +35,19 @@ class Box(NamedTuple):
 
 @checked
 @styled
-def plot_gearbox(gearbox: Gearbox, ax: Axes | None = None) -> Axes:
+def plot_gearbox(gearbox: Gearbox, ax: Axes | None = None, **style) -> Axes:
     """Side view of a gearbox to scale, its shafts unfolded into the plane of the drawing.
 
     Mates lie at their centre distance; of a planetary set one planet is drawn. Gears have their tip and root circles,
     bearings are crossed out, shafts without sections have a nominal diameter, as dashed lines show.
+
+    style   of all bodies: matplotlib's edgecolor, linewidth, hatch, …
     """
     ax = axes_or_new(ax)
     heights = unfolded(gearbox)
     drawn = [shaft for shaft in gearbox.shafts if shaft.name in heights]
     for shaft in drawn:
-        _draw_shaft(ax, shaft, heights[shaft.name])
+        _draw_shaft(ax, shaft, heights[shaft.name], style)
     ax.set(aspect="equal", xlabel="z [mm]", yticks=[])
     ax.spines["left"].set_visible(False)
     ax.autoscale_view()
@@ -106,13 +108,13 @@ def _shows_planet(gearbox: Gearbox, stage, drawn: set[str]) -> bool:
     return planet is None or planet == first
 
 
-def _draw_shaft(ax: Axes, shaft: Shaft, height: float) -> None:
-    radius = _draw_body(ax, shaft, height)
+def _draw_shaft(ax: Axes, shaft: Shaft, height: float, style: dict[str, Any]) -> None:
+    radius = _draw_body(ax, shaft, height, style)
     for axial, part in ((axial, part) for axial, group in shaft.parts.items() for part in _each(group)):
         if isinstance(part, Gear):
-            _draw_gear(ax, part, axial, height)
+            _draw_gear(ax, part, axial, height, style)
         elif isinstance(part, Bearing | RollingBearing):
-            _draw_bearing(ax, axial, height, radius(axial))
+            _draw_bearing(ax, axial, height, radius(axial), style)
         elif isinstance(part, Coupling | TorqueSupport):
             ax.plot(axial / mm, height / mm, "s", color=LINE, markersize=5)
 
@@ -121,14 +123,14 @@ def _each(group) -> tuple:
     return group if isinstance(group, tuple) else (group,)
 
 
-def _draw_body(ax: Axes, shaft: Shaft, height: float):
+def _draw_body(ax: Axes, shaft: Shaft, height: float, style: dict[str, Any]):
     """Draw the shaft, and return its radius as a function of the axial position."""
     sections = getattr(shaft, "sections", None)
     if sections:
         begin, bounds = 0.0, []
         for section in sections:
             box = Box(begin + section.length / 2, section.length, section.d_inner / 2, section.d / 2)
-            _draw(ax, box, height, facecolor=SHAFT)
+            _draw(ax, box, height, style, facecolor=SHAFT)
             bounds.append((begin, begin + section.length, section.d / 2))
             begin += section.length
         return lambda axial: max((r for a, b, r in bounds if a - mm <= axial <= b + mm), default=bounds[0][2])
@@ -142,7 +144,7 @@ def _draw_body(ax: Axes, shaft: Shaft, height: float):
     radius = NOMINAL * min(sizes) / 2 if sizes else 0.05 * (high - low) + mm
     more = OVERHANG * radius
     box = Box((low + high) / 2, high - low + 2 * more, 0.0, radius)
-    _draw(ax, box, height, facecolor="none", linestyle="--")
+    _draw(ax, box, height, style, facecolor="none", linestyle="--")
     ax.plot([(low - more) / mm, (high + more) / mm], [height / mm] * 2, color=LINE, linewidth=0.6, dashes=(8, 2, 2, 2))
     return lambda axial: radius
 
@@ -151,21 +153,21 @@ def _half_width(part) -> float:
     return part.b / 2 if isinstance(part, Gear | Ring) else 0.0
 
 
-def _draw_gear(ax: Axes, gear: Gear, axial: float, height: float) -> None:
+def _draw_gear(ax: Axes, gear: Gear, axial: float, height: float, style: dict[str, Any]) -> None:
     """Body up to the root circle, teeth up to the tip circle; a ring from its tip circle outwards."""
     tip, root = abs(gear.d_a) / 2, abs(gear.d_f) / 2
     if gear.internal:
-        _draw(ax, Box(axial, gear.b, root, abs(gear.d_rim) / 2), height, facecolor=BODY)
-        _draw(ax, Box(axial, gear.b, tip, root), height, facecolor=TOOTH)
+        _draw(ax, Box(axial, gear.b, root, abs(gear.d_rim) / 2), height, style, facecolor=BODY)
+        _draw(ax, Box(axial, gear.b, tip, root), height, style, facecolor=TOOTH)
         return
-    _draw(ax, Box(axial, gear.b, 0.0, root), height, facecolor=BODY)
-    _draw(ax, Box(axial, gear.b, root, tip), height, facecolor=TOOTH)
+    _draw(ax, Box(axial, gear.b, 0.0, root), height, style, facecolor=BODY)
+    _draw(ax, Box(axial, gear.b, root, tip), height, style, facecolor=TOOTH)
 
 
-def _draw_bearing(ax: Axes, axial: float, height: float, radius: float) -> None:
+def _draw_bearing(ax: Axes, axial: float, height: float, radius: float, style: dict[str, Any]) -> None:
     tall = max(BEARING_HEIGHT * 2 * radius, 3 * mm)
     box = Box(axial, BEARING_WIDTH * tall, radius, radius + tall)
-    _draw(ax, box, height, facecolor=BEARING)
+    _draw(ax, box, height, style, facecolor=BEARING)
     for side in (-1, 1):
         (left, right), (low, high) = _limits(box, height, side)
         for ends in ((low, high), (high, low)):
@@ -178,13 +180,14 @@ def _limits(box: Box, height: float, side: int) -> tuple[tuple[float, float], tu
     return ((box.z - box.width / 2) / mm, (box.z + box.width / 2) / mm), (across[0], across[1])
 
 
-def _draw(ax: Axes, box: Box, height: float, **style) -> None:
+def _draw(ax: Axes, box: Box, height: float, style: dict[str, Any], **fill) -> None:
     """A rectangle on both sides of the axis, or across it."""
+    drawn = merged(style, Rectangle, edgecolor=LINE, linewidth=0.8, **fill)
     if box.inner <= 0:
         (left, right), (_, high) = _limits(box, height, 1)
         low = 2 * height / mm - high
-        ax.add_patch(Rectangle((left, low), right - left, high - low, edgecolor=LINE, linewidth=0.8, **style))
+        ax.add_patch(Rectangle((left, low), right - left, high - low, **drawn))
         return
     for side in (-1, 1):
         (left, right), (low, high) = _limits(box, height, side)
-        ax.add_patch(Rectangle((left, low), right - left, high - low, edgecolor=LINE, linewidth=0.8, **style))
+        ax.add_patch(Rectangle((left, low), right - left, high - low, **drawn))
