@@ -197,6 +197,7 @@ def test_pictures_are_small_and_shown():
     assert {path.name for path in pictures if path.name not in everything} == set()
 
 
+@pytest.mark.slow
 def test_api_reference_builds_without_warnings(tmp_path):
     """By the command of the README; it shows the public names of both packages, which they import lazily."""
     assert importlib.util.find_spec("pdoc"), "pdoc is missing; install with .[test]"

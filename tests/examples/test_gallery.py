@@ -38,6 +38,7 @@ def test_an_overlap_ratio_of_one_takes_the_variation_out_of_the_ste(tmp_path):
     assert quiet < 0.1 * dte
 
 
+@pytest.mark.slow
 def test_a_measured_table_resonates_where_its_stiffness_and_the_inertia_say(tmp_path):
     expected, run = measured_table.main(tmp_path, quick=True)
     outline = exugear.dte_envelope(run)
@@ -48,6 +49,7 @@ def test_a_measured_table_resonates_where_its_stiffness_and_the_inertia_say(tmp_
     assert law(points[:, 0], points[:, 2] * um) == pytest.approx(points[:, 1], rel=1e-3, abs=1.0)
 
 
+@pytest.mark.slow
 def test_torques_mesh_and_bearings_balance_in_a_model_built_by_hand(tmp_path):
     values = hand_built_contact.main(tmp_path, quick=True)
     errors = {name: value / expected - 1 for name, (value, expected) in values.items()}
@@ -55,6 +57,7 @@ def test_torques_mesh_and_bearings_balance_in_a_model_built_by_hand(tmp_path):
     assert list(errors.values()) == pytest.approx([0, 0], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_stiffer_bearings_raise_the_resonance_and_damping_lowers_its_height(tmp_path):
     peaks = parameter_variation.main(tmp_path, quick=True)
     assert (np.diff(peaks["frequency"], axis=0) > 0).all()

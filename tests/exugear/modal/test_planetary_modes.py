@@ -56,6 +56,7 @@ def test_a_turning_carrier_parts_translational_pairs_and_leaves_the_trace():
     assert turning["frequency"].values[single] == pytest.approx(rest["frequency"].values[single], rel=0.01)
 
 
+@pytest.mark.slow
 def test_campbell_follows_the_modes_of_a_set():
     model = exugear.build(planar_box())
     data = exugear.campbell(model, speed=[0.0, 200.0, 400.0], load=400.0)

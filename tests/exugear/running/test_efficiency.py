@@ -64,6 +64,7 @@ def test_without_friction_and_drag_only_the_mesh_damping_is_lost():
     assert undamped["efficiency"].values == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_run_twenty_times_as_long_has_the_same_efficiency():
     """Parametric excitation of the mesh, on damped bearings."""
     ball = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)

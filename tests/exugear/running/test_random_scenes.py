@@ -196,6 +196,7 @@ def check(scene: Scene) -> None:
     accelerates_as_forces_ask(model, run)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")  # of values drawn over many orders of magnitude
 @given(scenes())
 @QUICK

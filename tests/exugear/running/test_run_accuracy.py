@@ -53,6 +53,7 @@ def test_contact_loss_makes_the_error_fall_more_slowly():
     assert 0 < fall(smooth_box(), 2100 * rpm) < 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "build", [lambda: exugear.build(smooth_box()), pytest.param(with_bearings, marks=pytest.mark.slow)]
 )

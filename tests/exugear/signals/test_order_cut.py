@@ -93,6 +93,7 @@ def test_close_orders_are_told_apart_or_nan_with_their_reason():
     assert "amplitude_changes" in fast["reason"].attrs["flag_meanings"].split()[int(fast["reason"].max())]
 
 
+@pytest.mark.slow
 def test_an_oscillator_that_is_integrated_through_its_resonance():
     """The amplitude in a sweep, by the slowly varying phasor of the equation of motion."""
     time, speed, angle = linear_sweep(3.0, rate=25_000.0, start=500 * rpm, slope=11500 * rpm / 3)

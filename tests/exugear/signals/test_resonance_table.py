@@ -62,6 +62,7 @@ def test_a_tone_of_constant_frequency_is_no_resonance_of_the_mesh():
     assert exugear.resonances(run)["harmonic"].values.tolist() == [3, 2, 1]
 
 
+@pytest.mark.slow
 def test_resonances_that_another_stage_excites_name_that_stage():
     """The same vibration in the DTE of a stage whose mesh frequency is 2.3 times as high."""
     run = swept(EXCITATION)

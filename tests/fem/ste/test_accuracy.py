@@ -202,6 +202,7 @@ def test_the_small_contact_of_crowned_flanks_under_light_load_is_resolved():
     assert few[1:] - few[0] == pytest.approx(many[1:] - many[0], rel=0.005)
 
 
+@pytest.mark.slow
 def test_errors_between_torques_are_estimated_where_a_corner_touches():
     """Corners touch for some hundredths of the cycle, others at each torque; true errors from five times the phases.
 

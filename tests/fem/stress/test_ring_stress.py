@@ -70,6 +70,7 @@ def test_the_root_of_a_thin_rim_is_bent_between_bolts():
     assert stresses[2] < 0.8 * stresses[0]
 
 
+@pytest.mark.slow
 def test_flanks_of_a_ring_on_bolts_touch_in_the_fields():
     """Displacements of the section, on its springs, and te of the contact, by the condensed rim: within 6 % of te."""
     pair = thin_ring_pair(bolted())
