@@ -206,12 +206,17 @@ def test_one_bar_shows_the_progress_of_all_parts(capfd, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("part", "zeta"), [(None, 0.02), (None, 0.08), (BEARING, 0.08)])
 def test_seventy_seconds_through_the_jump_in_two_new_processes(part, zeta):
+    """Where the motion leaves a branch that ends, the 1e-10 by which parts differ grow exponentially."""
     box = smooth_box(part, damping=None, damping_ratio=zeta)
     model, options = exugear.build(box), RUN | {"speed": (0, 3500 * rpm), "duration": 70.0}
     serial = exugear.run_up(model, **options).data
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
         parts = exugear.run_up(model, **options, executor=executor).data
-    assert rms(parts, 280) == pytest.approx(rms(serial, 280), rel=1e-5)
+    by_parts, expected = rms(parts, 280), rms(serial, 280)
+    jump = int(np.abs(np.diff(np.log(expected))).argmax()) + np.arange(-1, 3)
+    error = np.abs(by_parts / expected - 1)
+    assert error[jump].max() < 5e-5
+    assert np.delete(error, jump).max() < 1e-5
 
 
 @pytest.mark.slow
