@@ -112,7 +112,7 @@ def _gearbox(
 
 
 def _ends(train: Train, members: list[Mesh | Set], first: str) -> dict[str, str]:
-    """Driving and driven shaft: the first one, and another with a load, else the end of the train."""
+    """Driving shaft, and as driven shaft that with the load at the far end, else the end of the train."""
     names = [name for member in members for name in member.shafts]
     free = [name for name in names if name != first and name not in train.held]
     loaded = [name for name in train.loaded_shafts() if name in free]

@@ -9,7 +9,6 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
-from math import isfinite
 from pathlib import Path
 from typing import Any
 from xml.sax import SAXParseException
@@ -311,15 +310,3 @@ def _check(model: RexsFile) -> None:
         for role, id in relation.roles.items():
             missing = f"a relation {relation.type!r} of {model.path} names component {id} as {role}, which is not there"
             require(id in model.components, f"{missing}; export the file again")
-
-
-def real(component: Component, name: str) -> float:
-    """Number of an attribute in the unit of the file; ValueError with the line where it is none."""
-    attribute = component.attributes[name]
-    where = f"{name} of {component.title}" if attribute.line is None else f"{name} in line {attribute.line}"
-    try:
-        value = float(attribute.value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{where} must be a number, got {text_of(attribute.value)}") from None
-    require(isfinite(value), f"{where} must be finite, got {value}")
-    return value

@@ -3,7 +3,7 @@
 from math import pi, tan
 from typing import Any, NamedTuple
 
-from exugear.exchange.rexs_file import Component, real
+from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_reading import Reading
 from fem.gear.gear import Gear
 from fem.gear.material import STEEL, Material
@@ -68,7 +68,7 @@ def gear_of(reading: Reading, component: Component, shaft: ShaftAt) -> Gear:
     sizes["alpha_n"] = _of_flank(reading, flank, "normal_pressure_angle", "rad", pi / 9, component)
     x = _shift(reading, component, flank, m_n, sizes["alpha_n"])
     sizes |= {"x": x, "material": material_of(reading, component)}
-    sizes |= _diameters(reading, component, z, m_n, beta)
+    sizes |= given_diameters(reading, component)
     sizes |= _tool(reading, [component, *flanks], ring, m_n, has_root="d_f" in sizes)
     sizes |= _body(reading, component, shaft, Gear(**sizes | _placeholder_body(z, m_n, ring)))
     designed = [_modifications(reading, flank) for flank in flanks]
@@ -118,18 +118,10 @@ def _shift(reading: Reading, component: Component, flank, m_n: float, alpha_n: f
     return 0.0
 
 
-def tip_of(component: Component) -> dict[str, float]:
-    """Tip diameter in the unit of the file where it holds one that is no placeholder."""
-    if "tip_diameter" not in component.attributes:
-        return {}
-    d = abs(real(component, "tip_diameter"))
-    reference = abs(real(component, "number_of_teeth")) * real(component, "normal_module")
-    return {"d_a": d} if d > PLACEHOLDER * reference else {}
-
-
-def _diameters(reading: Reading, component: Component, z: int, m_n: float, beta: float) -> dict[str, float]:
-    """Tip and root diameter where the file holds them; tiny ones are placeholders."""
-    sizes, reference = {}, abs(z) * m_n
+def given_diameters(reading: Reading, component: Component) -> dict[str, float]:
+    """Tip and root diameter [m] where the file holds them; tiny ones are placeholders."""
+    reference = abs(reading.number(component, "number_of_teeth", "1")) * reading.number(component, "normal_module", "m")
+    sizes = {}
     for name, symbol in (("tip_diameter", "d_a"), ("root_diameter", "d_f")):
         if not reading.has(component, name):
             continue

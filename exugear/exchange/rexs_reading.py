@@ -161,14 +161,14 @@ class Reading:
 
     def referenced(self, component: Component, *types: str) -> list[Component]:
         """Components of some types, such as materials and tools, to which another refers."""
-        targets = []
+        referenced = []
         roles = {"reference": ("origin", "referenced"), "ordered_reference": ("origin", "referenced")}
         for type, (origin, target) in (roles | {"manufacturing_step": ("workpiece", "tool")}).items():
             for relation in self.file.related(type, **{origin: component.id}):
-                other = self.file.components[relation.roles.get(target, component.id)]
-                if other.type in types:
-                    targets.append(other)
-        return targets
+                related = self.file.components[relation.roles.get(target, component.id)]
+                if related.type in types:
+                    referenced.append(related)
+        return referenced
 
     def close(self) -> None:
         """Note all components and attributes that nothing asked for, alike ones in a row."""

@@ -70,25 +70,25 @@ def _outside(begin: float, end: float, faces: list[tuple[float, float]]) -> list
 
 def position_of(reading: Reading, component: Component, depth: int = 0) -> np.ndarray | None:
     """(3,) position (u, v, w) [m] of a component in the gear unit, None where the file does not hold it."""
-    place = reading.vector(component, "support_vector", "m")
-    if place is None:
+    position = reading.vector(component, "support_vector", "m")
+    if position is None:
         return None
-    require(place.shape == (3,), f"support_vector of {component.title} must hold 3 numbers, got {place.size}")
+    require(position.shape == (3,), f"support_vector of {component.title} must hold 3 numbers, got {position.size}")
     reading.vector(component, "w_axis_vector", "m")
     reference = reading.file.components.get(reading.text(component, "reference_component_for_position"))
     if reference is None or reference.id == component.id or depth > MOST_REFERENCES:
-        return place
+        return position
     base = position_of(reading, reference, depth + 1)
-    return place if base is None else place + base
+    return position if base is None else position + base
 
 
 def layout_of(reading: Reading, component: Component, name: str) -> ShaftLayout:
     """Where a shaft lies, with its sections. ValueError for an axis that is not parallel to u."""
     reading.use(component)
-    place, axis = position_of(reading, component), reading.vector(component, "u_axis_vector", "m")
+    position, axis = position_of(reading, component), reading.vector(component, "u_axis_vector", "m")
     layout = ShaftLayout(component, name)
-    if place is not None:
-        layout.begin, layout.position, layout.known = float(place[0]), (float(place[1]), float(place[2])), True
+    if position is not None:
+        layout.begin, layout.position, layout.known = float(position[0]), (float(position[1]), float(position[2])), True
     if axis is not None:
         unit = axis / np.linalg.norm(axis)
         crossed = f"the axis of {component.title} lies along {np.round(unit, 6).tolist()}"
@@ -117,8 +117,8 @@ def gear_position(reading: Reading, layout: ShaftLayout, component: Component) -
 
     In version 1.0 this coordinate is that of the first face.
     """
-    place, u = position_of(reading, component), u_of_gear(reading, component)
-    return layout.axial(u) if place is None else float(place[0])
+    position, u = position_of(reading, component), u_of_gear(reading, component)
+    return layout.axial(u) if position is None else float(position[0])
 
 
 def u_of_gear(reading: Reading, component: Component) -> float:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from exugear.exchange.rexs_bearings import BEARINGS, STIFF, bearing_of
 from exugear.exchange.rexs_file import Component
-from exugear.exchange.rexs_gears import density_of, gear_of, tip_of
+from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters
 from exugear.exchange.rexs_reading import Reading
 from exugear.exchange.rexs_shafts import (
     ShaftLayout,
@@ -109,8 +109,8 @@ class Train:
                 for known, unknown, sign in ((first, second, 1), (second, first, -1)):
                     if known.known and not unknown.known:
                         unknown.position = known.position[0] + sign * x, known.position[1] + sign * y
-                        own, mate = gears if known is first else gears[::-1]
-                        opposite = known.axial(u_of_gear(self.reading, own))
+                        gear, mate = gears if known is first else gears[::-1]
+                        opposite = known.axial(u_of_gear(self.reading, gear))
                         unknown.known = True
                         unknown.begin = opposite - unknown.sense * u_of_gear(self.reading, mate)
                         words = "position from its stage, as the file does not hold it"
@@ -191,7 +191,7 @@ class Train:
 
     def _shorten(self, pinion: Component, wheel: Component, a: float) -> None:
         """Shorten tips, whose diameters the file does not hold, until they clear the roots of their mates."""
-        free = [gear for gear in (wheel, pinion) if "d_a" not in tip_of(gear)]
+        free = [gear for gear in (wheel, pinion) if "d_a" not in given_diameters(self.reading, gear)]
         for gear in free:
             full = self._gears[gear.id][1]
             for step in range(SHORTENINGS + 1):
@@ -266,9 +266,9 @@ class Train:
         require(bool(simple), f"{stage.title} has {kinds}; sets of one sun, one ring and planets between are read")
         on_planets = []
         for shaft in planets:
-            own = gears_on(reading, shaft)
-            require(len(own) == 1, f"{shaft.title} carries {len(own)} gears; stepped planets are not read")
-            on_planets.append((layout_of(reading, shaft, shaft.name or f"planet {shaft.id}"), own[0]))
+            on_shaft = gears_on(reading, shaft)
+            require(len(on_shaft) == 1, f"{shaft.title} carries {len(on_shaft)} gears; stepped planets are not read")
+            on_planets.append((layout_of(reading, shaft, shaft.name or f"planet {shaft.id}"), on_shaft[0]))
         carrier = self._layout(carriers[0])
         for further in carriers[1:]:
             self._names[further.id] = carrier.name
@@ -324,8 +324,8 @@ class Train:
                 self.reading.use(plate)
                 width = self.reading.number(plate, "length", "m")
                 outer, inner = (self.reading.number(plate, f"{x}_diameter", "m", 0.0) for x in ("outer", "inner"))
-                place = position_of(self.reading, plate)
-                axial = 0.0 if place is None else float(place[0]) + width / 2
+                position = position_of(self.reading, plate)
+                axial = 0.0 if position is None else float(position[0]) + width / 2
                 discs.append((axial, Disc.cylinder(width, outer, inner, density_of(self.reading, plate))))
                 self.reading.account.read(plate.title, f"disc of {discs[-1][1].mass:.4g} kg")
         if discs or not bare:

@@ -104,8 +104,9 @@ class _Writing:
 
     def _shaft(self, shaft: Shaft, position: tuple[float, float], *, drives: bool) -> None:
         begin = min(axial - getattr(part, "b", 0.0) / 2 for axial, part in _parts(shaft))
-        place = np.array([begin, *position])
-        id = self._component("shaft", shaft.name, **_placed(place), defines_speed=(drives, "none"))
+        id = self._component(
+            "shaft", shaft.name, **_placed(np.array([begin, *position])), defines_speed=(drives, "none")
+        )
         self.shafts[shaft.name] = id
         self._relation("assembly", assembly=self.unit, part=id)
         for axial, part in _parts(shaft):

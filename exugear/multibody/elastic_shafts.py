@@ -147,7 +147,7 @@ def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], e
         initial = {f"initialCoordinates{rate}": zeros for rate in ("", "_t")}
         data = {"referenceCoordinates": zeros, "numberOfODE2Coordinates": elastic.further, **initial}
         nodes.append(mbs.AddNode(eii.NodeGenericODE2(name=f"{elastic.shaft.name} shapes", **data)))
-    recorder = BodyRecorder(("amplitudes", "rates"), width=len(elastic.amplitude_rows))
+    recorder = BodyRecorder(("amplitudes", "rates"), vector_size=len(elastic.amplitude_rows))
     built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
     number = _add_matrices(mbs, nodes, built)
     for rows, bearing in at_bearings(elastic):
@@ -182,7 +182,7 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     room = np.zeros(2 * n), np.zeros(n)
     spin, arrays = int(elastic.turning[0]), (np.ascontiguousarray(polar), elastic.amplitude_rows, *room)
     record = np.zeros(1, ELASTIC)[0]
-    record.elastic, record.spin = recorder.width, spin
+    record.elastic, record.spin = recorder.vector_size, spin
     record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
     kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
 

@@ -9,6 +9,7 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Shaft, TorqueSupport
+from exugear.gearbox.stage import Stage
 from exugear.mesh_force.ring_pair import Ring
 from exugear.plots.figures import axes_or_new, merged, styled
 from fem.gear.gear import Gear
@@ -74,14 +75,13 @@ def unfolded(gearbox: Gearbox) -> dict[str, float]:
     """Height of each shaft's axis in the drawing [m]: below its mate by the centre distance, members of a set alike."""
     heights: dict[str, float] = {gearbox.stages[0].fast.name: 0.0}
     left = list(gearbox.stages)
-    drawn_planets: set[str] = set()
     while left:
         coupled = [stage for stage in left if stage.fast.name in heights or stage.slow.name in heights]
         if not coupled:
             break
         for stage in coupled:
             left.remove(stage)
-            if stage.carrier is not None and not _shows_planet(gearbox, stage, drawn_planets):
+            if stage.carrier is not None and not _shows_planet(gearbox, stage):
                 continue
             known, other = stage.fast.name, stage.slow.name
             if known not in heights:
@@ -100,11 +100,10 @@ def _apart(gearbox: Gearbox, known: str, other: str, a: float) -> float:
     return -abs(a) if other in gearbox.planets else abs(a)
 
 
-def _shows_planet(gearbox: Gearbox, stage, drawn: set[str]) -> bool:
+def _shows_planet(gearbox: Gearbox, stage: Stage) -> bool:
     """Whether the planet of a stage is the first one of its carrier, which stands for all."""
     planet = next((name for name in (stage.fast.name, stage.slow.name) if name in gearbox.planets), None)
-    first = next(name for name, carrier in gearbox.planets.items() if carrier.name == stage.carrier.name)
-    drawn.add(first)
+    first = next(name for name, carrier in gearbox.planets.items() if carrier is stage.carrier)
     return planet is None or planet == first
 
 
