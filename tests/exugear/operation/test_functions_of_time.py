@@ -6,13 +6,15 @@ from numba import njit
 from scenes import smooth_box
 from scipy.interpolate import PchipInterpolator
 
-from exugear import MotorCurve, Torque
+import exugear
+from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
 from exugear.contact.recorder import BodyRecorder
 from exugear.mesh_force.kernel_records import address_of
-from exugear.multibody.imposed_motion import spin_of
+from exugear.multibody.imposed_motion import imposed_motion, spin_of
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.piecewise_cubics import tabulated
-from exugear.operation.time_functions import Line, curve_through_function, curve_through_points, speed_function
+from exugear.operation.stop_conditions import first_end
+from exugear.operation.time_functions import Line, curve_through_function, curve_through_points, line, speed_function
 from exugear.operation.torque_tables import torque_table
 from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
 
@@ -154,3 +156,69 @@ def test_a_free_train_takes_half_of_the_torque_to_each_of_two_equal_shafts():
     r_b = smooth_box().stages[0].pair.pinion.r_b
     assert force_per_torque(smooth_box(), ["fast"]) == pytest.approx(np.array([[0.0, 1 / r_b]]))
     assert force_per_torque(smooth_box(), []) == pytest.approx(np.array([[0.5 / r_b, 0.5 / r_b]]))
+
+
+def test_the_condition_that_holds_first_ends_the_run():
+    speeds = {"fast": np.array([0.0, 1.0, 2.0, 3.0, 2.0])}
+    forces = {"a-b": np.array([5.0, 0.0, 0.0, 0.0, 5.0])}
+    ends = [
+        (SpeedReached("fast", 2.5), 3), (SpeedReached("fast", 2.0), 2), (SpeedReached("fast", 4.0), None),
+        (Apart(0.2), 3), (Apart(0.1, "a-b"), 2), (Apart(0.3), None),
+    ]  # fmt: skip
+    for condition, sample in ends:
+        end = first_end([condition], speeds, forces, 0.1)
+        assert (end and end.sample) == sample
+    earlier = SpeedReached("fast", 0.5)
+    assert first_end([Apart(0.2), earlier], speeds, forces, 0.1).condition == earlier
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Torque(), "a Torque needs one of value, of_speed, of_angle, got 0"),
+        (lambda: Torque(1.0, of_speed=np.sin), "got 2 of them"),
+        (lambda: Speed((1.0, 2.0, 3.0)), "value must be a number, .from, to., a function of time or arrays"),
+        (lambda: Torque(([0.0, 0.0], [1.0, 2.0])), "the times of value must increase"),
+        (lambda: MotorCurve([0.0, 1.0], [1.0]), "torque must have a value for each speed"),
+        (lambda: table(Torque(of_angle=([0.0, 3.0], [1.0, 1.0]))), "angles must reach from 0 to 2 pi"),
+        (lambda: Apart(0.0), "duration must lie in"),
+    ],
+)
+def test_ends_that_cannot_be_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_ends_are_short_in_print():
+    assert repr(Torque(of_speed=np.sin)) == "Torque(of_speed=sin)"
+    assert repr(Speed((0.0, 5.0))) == "Speed((0.0, 5.0))"
+    assert repr(Speed((np.arange(3000.0), np.ones(3000)))) == "Speed(3000 points)"
+    assert repr(exugear.MotorCurve([0, 100], [5, 0])) == "MotorCurve(2 speeds up to 100 rad/s)"
+
+
+def test_angle_is_the_integral_of_the_speed():
+    curve = curve_through_function(lambda t: 100 + 20 * np.sin(30 * t), 2.0)
+    times = np.linspace(0, 2, 101)
+    exact = 100 * times + 20 / 30 * (1 - np.cos(30 * times))
+    assert [curve.integral(t) for t in times] == pytest.approx(exact, abs=1e-6)
+    assert line("speed", (0, 10), 5.0).integral(5.0) == pytest.approx(25)
+
+
+def test_curves_know_their_slope():
+    curve = curve_through_function(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
+    assert float(curve.slope(0.0)) == pytest.approx(10, rel=1e-6) and not curve.constant
+    assert curve_through_function(lambda t: 3.0, 1.0).constant
+    assert Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant
+
+
+@pytest.mark.parametrize("name", SPEEDS)
+def test_motion_is_that_of_the_function_in_any_order_of_times(name):
+    speed_of, times = SPEEDS[name], np.random.default_rng(1).uniform(0, 2, 200)
+    motion, _arrays = imposed_motion(*speed_of.angle_pieces)
+    for t in [*times.tolist(), 0.0, 2.0]:
+        expected = speed_of.integral(t), float(speed_of(t)), float(speed_of.slope(t))
+        assert imposed(address_of(motion), t) == pytest.approx(expected, rel=1e-12, abs=1e-10)
+
+
+def test_without_a_motion_the_coordinates_count():
+    assert imposed(0, 1.0) == (0.1, 0.2, 0.0)
