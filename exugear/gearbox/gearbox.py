@@ -295,7 +295,8 @@ class Gearbox:
         for each in sets:
             sun, ring = (numbers[id(stage)] for stage in each.stages[:2])
             step = {"step_angle": each.step_angle[0], "tooth": each.teeth[0]}
-            stepped.append(SteppedPlanet(sun, ring, partial(ring_phase, each.sun_pair, each.ring_pair, **step)))
+            pairs = (stage.pair for stage in each.stages[:2])
+            stepped.append(SteppedPlanet(sun, ring, partial(ring_phase, *pairs, **step)))
         return stepped
 
     def _check_names(self) -> None:

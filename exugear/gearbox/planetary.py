@@ -303,6 +303,11 @@ class Planetary:
         require(near, f"{beside} its gear, got {wanted / mm:g} mm")
         return nearest
 
+    def _axial_at_ring(self, planet: Shaft) -> float:
+        """Axial position of the gear of a planet that meshes with the ring [m]: beside that at the sun if stepped."""
+        beside = [at for at, gear in planet.gears.items() if at != self._axial and gear.z == self.ring_pair.pinion.z]
+        return beside[0] if self.stepped and len(beside) == 1 else self._axial
+
     def _pin_errors(self) -> np.ndarray:
         """(n_planet, 4) tangential and radial displacements of the pins [m] and slopes of their axes [rad]."""
         n, by_carrier = self.planets, np.column_stack([self._errors_by_carrier(), np.zeros((self.planets, 2))])
@@ -333,15 +338,10 @@ class Planetary:
 
     def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]) -> list[Stage]:
         """Stages of each planet with sun and ring."""
-        gears = [next((g for at, g in x.gears.items() if at == self._axial), self.sun_pair.wheel) for x in planets]
-        pairs: dict[str, list[Any]] = {role: [getattr(self, f"{role}_pair")] * self.planets for role in ("sun", "ring")}
-        if not self.stepped:
-            pairs["sun"] = [
-                x if x.wheel == g else replace(x, wheel=g) for x, g in zip(pairs["sun"], gears, strict=True)
-            ]
-            pairs["ring"] = [
-                x if x.pinion == g else replace(x, pinion=g) for x, g in zip(pairs["ring"], gears, strict=True)
-            ]
+        pairs: dict[str, list[Any]] = {
+            "sun": [_with_gear_of(planet, self.sun_pair, "wheel", self._axial) for planet in planets],
+            "ring": [_with_gear_of(planet, self.ring_pair, "pinion", self._axial_at_ring(planet)) for planet in planets],
+        }
         maps = MapsOfPlanets({"sun": sun_meshes, "ring": ring_meshes}, pairs, self.damping, self.damping_ratio)
         ends = [
             {"sun": (self.sun, planet, angle), "ring": (planet, self.ring, angle)}
@@ -424,6 +424,13 @@ def shafts_of_planets(name: str, planets: list[Any], pins: list[Any], axial: flo
         of_its_own = keep_names and isinstance(planet, Shaft)
         shafts.append(replace(shaft, name=shaft.name if of_its_own else numbered, parts=parts))
     return shafts
+
+
+def _with_gear_of(planet: Shaft, pair: Any, role: str, axial: float) -> Any:
+    """A pair with the gear of a planet at an axial position [m], whose teeth may be thinner, in a role."""
+    mapped = getattr(pair, role)
+    gear = planet.gears.get(axial, mapped)
+    return pair if gear == mapped or gear.z != mapped.z else replace(pair, **{role: gear})
 
 
 def _group(part) -> tuple:

@@ -1,12 +1,14 @@
 """Runs of stepped planets, Ravigneaux and Simpson sets whose members spin."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from coupled_sets import ravigneaux, simpson, stepped
+from coupled_sets import gear, ravigneaux, simpson, stepped
 from planetary_boxes import STIFFNESS
 
 import exugear
-from fem.units import um
+from fem.units import mm, um
 
 QUIET = {"progress": False, "checks": 0}
 
@@ -84,3 +86,27 @@ def test_a_stepped_set_has_the_rotational_modes_of_its_spins():
     data = exugear.modes(model, load=300.0, drive="free")
     assert np.count_nonzero(data["frequency"].values < 1e-3) == 1
     assert data["kind"].values.tolist().count("planet") == 2
+
+
+@pytest.mark.parametrize("thin", [0, 1])
+@pytest.mark.parametrize("at", ["sun", "ring"])
+def test_a_stepped_planet_with_thinner_teeth_at_either_step_takes_less(at, thin):
+    """Sun teeth: F_n - F_m = -k rho g / (1 + rho^2), rho = 36 / 21, of a gap g at the ring (g / rho if at the sun).
+
+    Stages that are written by hand have the same gaps.
+    """
+    thinner, rho = 20 * um, 36 / 21
+    steps = {"sun": gear(36), "ring": gear(21)}
+    shafts = []
+    for n in range(3):
+        gears = steps | ({at: replace(steps[at], s_n=steps[at].s_n - thinner)} if n == thin else {})
+        shafts.append(exugear.Shaft(f"planet {n + 1}", {0.0: gears["sun"], 40 * mm: gears["ring"]}))
+    boxes = [exugear.Gearbox([stepped(law(), planet=shafts)], held="ring")]
+    by_hand = [replace(x, phase=phase) for x, phase in zip(boxes[0].stages, boxes[0].phases, strict=True)]
+    boxes.append(exugear.Gearbox(by_hand, held="ring"))
+    for box in boxes:
+        data = exugear.run_up(exugear.build(box), speed=10.0, load=4000.0, duration=1e-3, **QUIET).data
+        of_sun = data["mesh_force"].values[::2, -1]
+        gap = thinner / 2 * np.cos(boxes[0].stages[0].pair.alpha_wt) / (rho if at == "sun" else 1)
+        less = STIFFNESS * rho * gap / (1 + rho**2)
+        assert np.delete(of_sun, thin) - of_sun[thin] == pytest.approx(less, rel=1e-5)
