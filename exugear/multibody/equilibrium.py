@@ -69,8 +69,11 @@ class NoEquilibrium(ValueError, RuntimeError):
     """
 
 
-def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
+def solve_initial_equilibrium(model: Model, conditions: Conditions, lag: float = 0.0) -> None:
     """Put the system into static equilibrium under the torques at the start, all shafts turning at their ratios.
+
+    lag   of the velocities of the integrator [s^2] (`Rule.lag`): those of orbiting planets start with it, without which
+          they begin to vibrate
 
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
@@ -85,8 +88,8 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         inertia = f"it includes inertia torques at {acceleration:.4g} rad/s^2"
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered.any() else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
+    unloaded: list[str] = []
     if _needs_static_solve(model):
-        unloaded: list[str] = []
         if model.gearbox.planets:
             torques = _torques_at_start(model, conditions, motion_of(model, considered))
             q, unloaded = _shared_among_planets(model, q, conditions, torques)
@@ -97,9 +100,13 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
             q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speeds))
     velocities = rigid_motion(model, q, conditions.initial_speeds)
     system.SetODE2Coordinates(q, INITIAL)
-    system.SetODE2Coordinates_t(velocities, INITIAL)
     centripetal = velocities_by_turning(model, velocities, speeds)
-    system.SetODE2Coordinates_tt(rigid_motion(model, q, accelerations) + centripetal, INITIAL)
+    system.SetODE2Coordinates_t(velocities + lag * velocities_by_turning(model, centripetal, speeds), INITIAL)
+    at_start = rigid_motion(model, q, accelerations) + centripetal
+    for name in unloaded:
+        drag = conditions.initial_drags[[shaft.name for shaft in model.gearbox.shafts].index(name)]
+        at_start[model.spins[name]] = drag / model.gearbox.body_inertias[name]
+    system.SetODE2Coordinates_tt(at_start, INITIAL)
 
 
 def _inertia_matters(model: Model, conditions: Conditions) -> bool:
