@@ -91,8 +91,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions, lag: float =
     unloaded: list[str] = []
     if _needs_static_solve(model):
         if model.gearbox.planets:
-            torques = _torques_at_start(model, conditions, motion_of(model, considered))
-            q, unloaded = _shared_among_planets(model, q, conditions, torques)
+            q, unloaded = _shared_among_planets(model, q, conditions, considered)
             q = turned_with_carriers(model, q)
         torques = _torques_at_start(model, conditions, rigid_motion(model, q, considered))
         torques = {i: x for i, x in torques.items() if i not in [model.spins[name] for name in unloaded]}
@@ -159,17 +158,19 @@ def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.
 
 
 def _shared_among_planets(
-    model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]
+    model: Model, q: np.ndarray, conditions: Conditions, accelerations: np.ndarray
 ) -> tuple[np.ndarray, list[str]]:
     """Coordinates in linear equilibrium near q: displaced pins shift load, which equal mesh forces leave out.
 
-    torques   inertia torques and drags [N m] on spins, by their indices
+    accelerations   (n_shaft,) of the shafts [rad/s^2], whose inertia torques decide which flanks carry, too
 
     Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Also returns
     the names of planets that carry nothing, each turned to the middle between the gears that it meshes with.
     """
     box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
-    forces = forces_of_motion(box, conditions.initial_torques, 0.0, conditions.anchors)
+    torques = _torques_at_start(model, conditions, motion_of(model, accelerations))
+    applied = conditions.initial_torques + conditions.initial_drags
+    forces = forces_of_motion(box, applied, accelerations, conditions.anchors)
     contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
     touches, secants = np.array(contacts).T
     sides = np.sign(forces)

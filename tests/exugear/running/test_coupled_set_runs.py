@@ -70,6 +70,18 @@ def test_a_ravigneaux_set_runs_with_both_suns_driven():
     assert w["ring"] == pytest.approx(carrier + 2 / 7 * (w["small"] - carrier), abs=0.2)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_ravigneaux_set_starts_where_inertia_presses_the_flanks_that_the_load_opens(side):
+    """A load that drives, against an acceleration: of the suns' meshes the inertia torques turn the force round."""
+    box = exugear.Gearbox(ravigneaux(law(50 * um), side), driving="small", held="large", driven="ring")
+    pressed = np.sign([box.static_forces(-300.0, acceleration)[0] for acceleration in (0.0, 3e4)])
+    assert pressed[0] == -pressed[1]
+    options = {"load": -300.0, "duration": 1e-3, "power": True, **QUIET}
+    run = exugear.run_up(exugear.build(box), speed=(50.0, 80.0), **options)
+    assert run.energy_balance().relative < 1e-8
+    assert run.data["mesh_force"].values[:, 0] == pytest.approx(box.static_forces(-300.0, 3e4), rel=0.01)
+
+
 def test_stepped_planets_keep_their_energy_and_their_two_mesh_frequencies():
     run = exugear.run_up(
         exugear.build(exugear.Gearbox([stepped(law(amplitude=0.1))], held="ring")),
