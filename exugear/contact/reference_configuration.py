@@ -128,10 +128,16 @@ def reference_line_and_height(frame):
 
 
 @kept
+def state_at_coordinates(table, frame, q_1, q_2):
+    """Deflection [m], opening of either flank [m] and phase of the driving one at displacements (6) of the bodies."""
+    position = position_of(table, frame, q_1, q_2)
+    return position.advance - position.opening, position.opening, position.phase
+
+
+@kept
 def reference_state(table, frame):
     """Deflection [m], opening of either flank [m] and phase of the driving one in the reference configuration."""
-    position = position_of(table, frame, AT_REFERENCE, AT_REFERENCE)
-    return position.advance - position.opening, position.opening, position.phase
+    return state_at_coordinates(table, frame, AT_REFERENCE, AT_REFERENCE)
 
 
 @kept

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from coupled_sets import gear, ravigneaux, simpson, stepped
-from planetary_boxes import STIFFNESS
+from planetary_boxes import PIN, STIFFNESS
 
 import exugear
 from fem.units import mm, um
@@ -80,6 +80,19 @@ def test_a_ravigneaux_set_starts_where_inertia_presses_the_flanks_that_the_load_
     run = exugear.run_up(exugear.build(box), speed=(50.0, 80.0), **options)
     assert run.energy_balance().relative < 1e-8
     assert run.data["mesh_force"].values[:, 0] == pytest.approx(box.static_forces(-300.0, 3e4), rel=0.01)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("ends", [("small", "large", "ring"), ("ring", "large", "small"), ("small", "carrier", "ring")])
+def test_a_ravigneaux_set_on_pins_starts_under_light_and_heavy_loads(ends, side):
+    """Back flanks push planets outwards, light loads press less than the displacements change the meshes."""
+    members = ravigneaux(law(50 * um), side, pin=PIN, inner={"pin": PIN})
+    box = exugear.Gearbox(members, **dict(zip(("driving", "held", "driven"), ends, strict=True)))
+    model = exugear.build(box)
+    for load in (1.0, 300.0):
+        data = exugear.run_up(model, speed=50.0, load=load, duration=1e-4, **QUIET).data
+        static = np.array(box.static_forces(load))
+        assert data["mesh_force"].values[:, 0] == pytest.approx(static, abs=2e-3 * np.abs(static).max())
 
 
 def test_stepped_planets_keep_their_energy_and_their_two_mesh_frequencies():
