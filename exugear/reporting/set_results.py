@@ -8,6 +8,7 @@ import xarray as xr
 
 from exugear.gearbox.planetary import EVEN
 from exugear.gearbox.planetary_phases import effect_of_harmonics, hunting, meshing_sequence, phase_sums
+from exugear.gearbox.side_band_lines import side_band_lines
 from exugear.load_factors.planet_shares import planet_shares
 from exugear.plots.figures import figure
 from exugear.plots.run_plots import plot_orbit
@@ -160,21 +161,16 @@ def _sums(of_set: SetData) -> Table:
 
 
 def _side_bands(data: xr.Dataset, of_set: SetData) -> xr.Dataset | None:
-    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few.
-
-    None also of stepped planets, whose phases at the ring depend on how their teeth are put in.
-    """
+    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few."""
     speed = data["speed"].values
-    stepped = of_set.z[1] != of_set.z[2]
     known = _known(data, of_set.carrier, of_set.ring)
-    if stepped or not known or speed.size < 2 or np.ptp(speed) > CONSTANT * np.abs(speed).max():
+    if not known or speed.size < 2 or np.ptp(speed) > CONSTANT * np.abs(speed).max():
         return None
     heard = force_seen_from_ring(data, ring=of_set.ring, reach=pi / len(of_set.planets))
     if np.ptp(heard["angle"].values) < TURNS * 2 * pi:
         return None
     settled = heard.isel(time=slice(int(np.searchsorted(heard["angle"].values, 0.2 * pi)), None))
-    z = of_set.z[0], of_set.z[1], of_set.z[3]
-    return lines_of(settled, z, of_set.angles, (HARMONICS, len(of_set.planets) + BESIDE, ()))
+    return lines_of(settled, side_band_lines(of_set.z, of_set.angles, HARMONICS, len(of_set.planets) + BESIDE, ()))
 
 
 def _lines(lines: xr.Dataset) -> Table:

@@ -284,7 +284,7 @@ def of_sets() -> dict[str, Any]:
     """Arguments of functions of planetary sets, and of their plots."""
     phases, turn, of_set = planetary().mesh_phases(), np.linspace(0.0, 40.0, 2001), planetary()
     heard = exugear.recorded_signal(turn, np.ones(turn.size), np.cos(90 * turn))
-    numbers = {"harmonics": 1, "carrier_orders": 1, "members": [], "revolutions": None}
+    numbers = {"harmonics": 1, "carrier_orders": 1, "members": [], "mesh": "ring", "revolutions": None}
     lines = exugear.side_bands(heard, of_set, harmonics=1, carrier_orders=1)
     return {f"side_bands.{name}": value for name, value in numbers.items()} | {
         "side_bands.signal": heard, "side_bands.planetary": of_set, "force_seen_from_ring.run": run_of_a_set(),
