@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from math import isfinite, sin
+from math import cos, isfinite, sin
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -170,8 +170,8 @@ def _shared_among_planets(
     accelerations   (n_shaft,) of the shafts [rad/s^2], whose inertia torques decide which flanks carry, too
 
     Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Where planets
-    move on pins, the deflections of the next iteration are those at the coordinates of this one: to first order alone
-    they miss more than light loads press. Also returns the names of planets, and of other members beside pins, that
+    move on pins, or turn about axes that lie beside their carrier's, the deflections of the next iteration are those at
+    the coordinates of this one: to first order alone they miss more than light loads press. Also returns the names of planets, and of other members beside pins, that
     carry nothing, each turned to the middle between the gears that it meshes with.
     """
     box = model.gearbox
@@ -191,7 +191,8 @@ def _shared_among_planets(
     driving = np.array([mesh.reference_deflection for mesh in model.meshes])
     loaded = np.abs(forces) > ROUNDING * np.abs(forces).max()
     pressed = loaded.copy()
-    for _ in range(ITERATIONS if model.pins else 1):
+    by_position = bool(model.pins) or any(mesh.frame.fixed.any() for mesh in model.meshes)
+    for _ in range(ITERATIONS if by_position else 1):
         before = q
         contacts = [_secant(model, *each, q) for each in zip(model.meshes, forces.tolist(), openings, strict=True)]
         touches, secants = np.array(contacts).T
@@ -208,7 +209,7 @@ def _shared_among_planets(
                 break
             pressed &= ~pulling
         forces = np.where(pressed, springs * (reference + rows @ q), forces)
-        if not model.pins or np.abs(q - before).max() < CONVERGED + 2 * np.spacing(np.abs(q).max()):
+        if not by_position or np.abs(q - before).max() < CONVERGED + 2 * np.spacing(np.abs(q).max()):
             break
         states = [_state_at(model, mesh, turned_with_carriers(model, q)) for mesh in model.meshes]
         driving, openings = np.array([(deflection, opening) for deflection, opening, _ in states]).T
@@ -258,6 +259,11 @@ def _state_at(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[float, float, fl
     for six, shaft in zip(on_bodies, (stage.fast, stage.slow), strict=True):
         components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, stage, shaft)
         six[components] = q[spin - len(components) + 1 : spin + 1]
+    if stage.carrier and mesh.frame.fixed.any():
+        turned = q[model.spins[stage.carrier.name]]
+        on_bodies[:, 5] -= turned
+        back = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
+        on_bodies[:, :2] += mesh.frame.fixed @ back - mesh.frame.fixed
     if is_spatial(mesh.frame):
         return state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
     return mesh.reference_deflection + mesh.row @ q, mesh.opening, 0.0

@@ -19,7 +19,7 @@ from exugear.plots.set_plots import (
     plot_side_bands,
 )
 from exugear.reporting.document import Figure, Section, Table, embedded
-from exugear.running.set_data import SetData, planetary_sets
+from exugear.running.set_data import SetData, carriers_of_run, planetary_sets
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.side_bands import force_seen_from_ring, lines_of
 from exugear.signals.signal import speed_of_shaft
@@ -31,13 +31,74 @@ SUMS, HARMONICS = 6, 2
 CONSTANT, TURNS = 1e-3, 6.0
 #: Lowest level of a side band in the table [dB].
 LOWEST = -60.0
+#: Share of the largest mean force below which a member carries no load.
+UNLOADED = 1e-3
 #: Side bands on either side, beyond the number of planets.
 BESIDE = 2
 
 
 def set_sections(data: xr.Dataset) -> list[Section]:
-    """A section for each planetary set of a run that has one sun and one ring."""
-    return [_section(data, of_set) for of_set in planetary_sets(data)]
+    """A section for each planetary set of a run: of one sun and one ring, or of any meshes on a carrier."""
+    sets = planetary_sets(data)
+    coupled = [carrier for carrier in carriers_of_run(data) if carrier not in [x.carrier for x in sets]]
+    return [_section(data, of_set) for of_set in sets] + [_coupled_section(data, carrier) for carrier in coupled]
+
+
+def _coupled_section(data: xr.Dataset, carrier: str) -> Section:
+    """Section of a set whose planets mesh with one another, or with several suns or rings, as that of Ravigneaux."""
+    on_carrier = [x for x in data["stage"].values.tolist() if data.attrs.get(f"{x}_carrier") == carrier]
+    of_carrier = data.sel(stage=on_carrier)
+    planets = list(dict.fromkeys(of_carrier["planet"].values.tolist()))
+    members = [x for x in dict.fromkeys(of_carrier["member"].values.tolist()) if x not in planets]
+    carried = {name: planet_shares(of_carrier, member=name) for name in members}
+    forces = {name: float(np.abs(of_carrier["mesh_force"].values[of_carrier["member"].values == name]).mean()) for name in members}
+    loaded = {name: shares for name, shares in carried.items() if forces[name] > UNLOADED * max(forces.values())}
+    sentences = [
+        f"Load sharing at {name}: K_γ {float(shares['K_gamma']):.4g}."
+        if name in loaded
+        else f"The meshes with {name} carry no load."
+        for name, shares in carried.items()
+    ]
+    figures = []
+    if loaded:
+        drawing = _wide(len(loaded))
+        for ax, (name, shares) in zip(drawing.axes, loaded.items(), strict=True):
+            plot_planet_shares(shares, ax).set_title(name)
+        figures = [embedded(drawing, "Shares of the planets in the mesh forces of each member, and mesh load factors.")]
+    tables = _members_of_carrier(of_carrier, carrier, members, planets), _meshes_of_carrier(of_carrier)
+    return Section(f"Coupled planetary set on {carrier}", tuple(sentences), tables, tuple(figures))
+
+
+def _members_of_carrier(data: xr.Dataset, carrier: str, members: list[str], planets: list[str]) -> Table:
+    """Teeth, speeds and external torques of all shafts of a set; data: of its stages."""
+    teeth: dict[str, dict[int, None]] = {}
+    for label, planet, member in zip(*(data[x].values.tolist() for x in ("stage", "planet", "member")), strict=True):
+        z = [int(data.attrs[f"{label}_{gear}_z"]) for gear in ("pinion", "wheel")]
+        ends = (member, planet) if label.startswith(f"{member}-") else (planet, member)
+        for name, of_gear in zip(ends, z, strict=True):
+            teeth.setdefault(name, {})[of_gear] = None
+    torques, rows = _torques(data), []
+    for name in (carrier, *members, *planets):
+        z = list(teeth.get(name, ()))
+        kinds = {carrier: "carrier"} | dict.fromkeys(planets, "planet")
+        role = kinds.get(name, "ring" if z and min(z) < 0 else "sun")
+        speed = f"{speed_of_shaft(data, 'shaft', name).mean() / rpm:.5g}" if _known(data, name) else "not recorded"
+        torque = f"{torques[name]:.5g}" if name in torques else "none"
+        ratio = f"{float(data.attrs[f'{name}_speed_ratio']):.6g}"
+        rows.append((role, name, " and ".join(map(str, z)), ratio, speed, torque))
+    columns = "member", "shaft", "teeth", "speed / driving shaft", "mean speed [rpm]", "mean external torque [N m]"
+    return Table("Members of the set, speeds and torques about z", columns, tuple(rows))
+
+
+def _meshes_of_carrier(data: xr.Dataset) -> Table:
+    """Phase, mean force and mesh frequency of every mesh of a set; data: of its stages."""
+    rows = []
+    for label in data["stage"].values.tolist():
+        mesh, phase = data.sel(stage=label), float(data.attrs.get(f"{label}_phase", np.nan)) % 1
+        force, frequency = (float(mesh[name].mean()) for name in ("mesh_force", "mesh_frequency"))
+        rows.append((label, f"{phase:.4f}", f"{force:.5g}", f"{float(np.ptp(mesh['mesh_force'].values)):.4g}", f"{frequency:.5g}"))
+    columns = "mesh", "phase [pitch]", "mean force [N]", "peak to peak [N]", "mean mesh frequency [Hz]"
+    return Table("Meshes of the set", columns, tuple(rows))
 
 
 def _section(data: xr.Dataset, of_set: SetData) -> Section:

@@ -273,6 +273,7 @@ def by_name() -> dict[str, Any]:
         "integrator.mbs": two_bodies()[1], "modes.speed": 10.0,
         "bending_frequencies.speed": 10.0, "campbell.harmonics": 2,
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
+        "animate_gearbox.path": folder / "gearbox.gif", "turn": 1.0,
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], speed=(0.0, 60.0), load=100.0),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
