@@ -10,6 +10,7 @@ from functools import cache, cached_property
 from math import inf, isfinite, prod
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
@@ -46,6 +47,10 @@ JUMP_SHARE, JUMP_WIDTH = 0.45, 1 / 256
 FINE, FLAT = 4096, 1e-3
 #: Share of the deflection range between the deflection at which jumps are detected and the end of the table.
 JUMP_MARGIN = 0.1
+#: Laws at fixed offsets by the law that they were made of, the last ones: over 90 pitches such a table takes 0.5 s, and
+#: static equilibrium of a set asks for each some ten times.
+REDUCED: WeakKeyDictionary[Any, dict[Any, Any]] = WeakKeyDictionary()
+MOST_REDUCED = 8
 
 
 @cache
@@ -334,6 +339,16 @@ class MeshForce:
             return self
         for name, value in offsets.items():
             require_finite(name, value)
+        kept = REDUCED.setdefault(self, {})
+        key = (tuple(sorted(offsets.items())), id(coast))
+        if key not in kept or kept[key].coast is not coast:
+            while len(kept) >= MOST_REDUCED:
+                del kept[next(iter(kept))]
+            kept[key] = self._reduced(offsets, coast)
+        return kept[key]
+
+    def _reduced(self, offsets: Mapping[str, float], coast: "MeshForce | None") -> "MeshForce":
+        """`_at` valid offsets, tabulated anew."""
         try:
             arrays = at_fixed_offsets(self, offsets)
         except ValueError as error:
