@@ -39,7 +39,10 @@ from exugear.running.energy_balance import EnergyBalance
 from exugear.running.run import Run, RunStopped, run, run_up
 from exugear.signals import spectrum
 from exugear.signals.angle_sampling import over_angle
+from exugear.signals.condition_indicators import condition_indicators
 from exugear.signals.envelope import dte_envelope, envelope, peaks
+from exugear.signals.envelope_spectrum import demodulate, envelope_spectrum
+from exugear.signals.fault_orders import fault_orders
 from exugear.signals.levels import level, rms_sum
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
@@ -49,6 +52,7 @@ from exugear.signals.short_time_spectra import order_tracking, spectrogram, wate
 from exugear.signals.side_bands import force_seen_from_ring, side_bands
 from exugear.signals.signal import mesh_orders, recorded_signal, sensor_signal, signal
 from exugear.signals.sound import write_sound
+from exugear.signals.synchronous_average import residual_signal, synchronous_average
 from exugear.steady_state.steady_states import steady_states
 from fem.support.version import __version__
 
@@ -110,6 +114,8 @@ __all__ = [
     "bearing_life",
     "build",
     "campbell",
+    "condition_indicators",
+    "demodulate",
     "draw",
     "dte_envelope",
     "dynamic_factor",
@@ -117,7 +123,9 @@ __all__ = [
     "efficiency",
     "eigenfrequencies",
     "envelope",
+    "envelope_spectrum",
     "exact_ratios",
+    "fault_orders",
     "force_seen_from_ring",
     "graphics",
     "integrator",
@@ -137,6 +145,7 @@ __all__ = [
     "read_rexs",
     "recorded_signal",
     "report",
+    "residual_signal",
     "resonances",
     "rms_sum",
     "run",
@@ -148,6 +157,7 @@ __all__ = [
     "spectrum",
     "steady_states",
     "stress_envelope",
+    "synchronous_average",
     "waterfall",
     "write_rexs",
     "write_sound",

@@ -302,7 +302,15 @@ def of_signals(folder: Path) -> dict[str, Any]:
     functions = ("over_angle", "order_tracking", "order_cut", "spectrogram", "waterfall", "write_sound")
     signals = {f"{name}.signal": signal for name in functions}
     cuts, spectra = exugear.order_cut(signal, [3, 5]), exugear.waterfall(signal, lines=5, resolution=20.0)
-    return signals | {
+    averages = exugear.synchronous_average(signal, highest_order=20.0, turns=2)
+    average, band = averages.isel(average=0), {"highest_order": 5.0, "band": [100.0, 200.0]}
+    return signals | {f"envelope_spectrum.{name}": value for name, value in band.items()} | {
+        "synchronous_average.signal": signal, "synchronous_average.highest_order": 20.0, "shaft_order": 1.0,
+        "turns": 2, "average": average, "mesh_orders": [3], "residual_signal.side_bands": 1, "shaft_orders": 1,
+        "baseline": averages, "condition_indicators.side_bands": 1, "demodulate.signal": signal,
+        "demodulate.band": [100.0, 200.0], "envelope_spectrum.signal": signal, "names": ("FM4",),
+        "plot_envelope_spectrum.lines": exugear.envelope_spectrum(signal, **band),
+        "plot_envelope_spectrum.orders": None, "indicators": exugear.condition_indicators(averages, [3], side_bands=1),
         "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
         "stored": np.outer(LINE, [0.04, 1.0]), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
         "mesh_orders.harmonics": 2, "resonances.harmonics": 3, "spectrogram.resolution": 20.0,
