@@ -16,6 +16,7 @@ from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.load_factors.planet_shares import planet_shares
+from exugear.load_factors.tooth_damage import SNCurve, tooth_damage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
 from exugear.mesh_force.mesh_friction import MeshFriction
@@ -100,6 +101,7 @@ __all__ = [
     "Rule",
     "Run",
     "RunStopped",
+    "SNCurve",
     "SchlenkFriction",
     "Shaft",
     "Speed",
@@ -158,6 +160,7 @@ __all__ = [
     "steady_states",
     "stress_envelope",
     "synchronous_average",
+    "tooth_damage",
     "waterfall",
     "write_rexs",
     "write_sound",

@@ -275,6 +275,11 @@ def by_name() -> dict[str, Any]:
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], speed=(0.0, 60.0), load=100.0),
+        "tooth_damage.stresses": stresses().assign_attrs(shared_map().attrs), "tooth_damage.torque": [100.0],
+        "tooth_damage.speed": [50.0], "hours": [1e3], "load_factor": 1.0, "contacts": (1, 1),
+        "tooth_damage.pitting": exugear.SNCurve.pitting(1.5e9), "SNCurve.cycles": [1e3, 1e6],
+        "tooth_damage.bending": exugear.SNCurve.bending(8.6e8), "SNCurve.stress": [2e9, 1e9], "cycles_at.stress": [1e9], "limit": 1e9,
+        "pitting.material": "nitrided", "bending.material": "nitrided", "long_life": 0.9, "pitting_permitted": False,
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special | of_signals(folder)
