@@ -7,14 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled
+from exugear.plots.order_plots import SHOWN
 from fem.support.arguments import checked
 from fem.support.validation import require
-from fem.units import deg, um
+from fem.units import deg
 
 __all__ = ["plot_condition_indicators", "plot_envelope_spectrum", "plot_synchronous_average"]
-
-#: Units in which averages are shown: factor and name.
-SHOWN = {"m": (1 / um, "µm"), "m/s^2": (1.0, "m/s²"), "1": (1.0, "")}
 
 
 @checked
