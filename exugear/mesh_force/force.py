@@ -7,7 +7,7 @@ Its table (`exugear.mesh_force.layout`) of 256 x 128 patches inverts a map with 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from math import inf, isfinite, prod
+from math import inf, isfinite, lcm, prod
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import scipy
 import xarray as xr
 
 from exugear.mesh_force.energy_centroid import energy_centroid
-from exugear.mesh_force.fixed_offsets import at_fixed_offsets
+from exugear.mesh_force.fixed_offsets import at_fixed_offsets, blocks_of
 from exugear.mesh_force.force_file import load_arguments, save_force
 from exugear.mesh_force.force_kernels import damping, range_at, spinning_force, static_force
 from exugear.mesh_force.layout import OFFSETS, PHASES, steps_in_pitch
@@ -25,9 +25,19 @@ from exugear.mesh_force.patches import table_of
 from exugear.mesh_force.potential import CONTINUED
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
 from exugear.mesh_force.tabulation import tabulate, uniform_phases
+from exugear.mesh_force.tooth_pairs import ToothPairs, tooth_pairs_of
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import has_right_flanks, left_torques, right_torques, why_unlike
-from fem.ste.ste_map import TE, TORQUE, UNLOADED_RIGHT, check, offset_axes, pair_of, pitches_of
+from fem.ste.ste_map import (
+    TE,
+    TORQUE,
+    UNLOADED_RIGHT,
+    check,
+    deviating_teeth,
+    offset_axes,
+    pair_of,
+    pitches_of,
+)
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
@@ -134,6 +144,7 @@ class MeshForce:
     mapped_force: float = field(default=inf, kw_only=True)
     coast: "MeshForce | None" = field(default=None, kw_only=True)
     coast_unlike: str = field(default="", kw_only=True)
+    teeth: ToothPairs | None = field(default=None, kw_only=True)
     table: np.record = field(init=False, repr=False)
     stiffness_max: float = field(init=False)
 
@@ -208,6 +219,57 @@ class MeshForce:
 
     @classmethod
     @checked
+    def from_tooth_pairs(
+        cls,
+        pairs: xr.Dataset,
+        *,
+        damping: float = 0.0,
+        damping_ramp: float = DAMPING_RAMP,
+        backlash: float | None = None,
+        coast: xr.Dataset | None = None,
+    ) -> "MeshForce":
+        """The law over all pitches of a hunting period, composed of single tooth pairs.
+
+        pairs       `fem.tooth_pair_map` of the pair with the deviations of all its teeth
+        coast       the same of `fem.mirror_image` of the pair; without it the coast flanks are the mirror image of
+                    flanks that are alike, which coast_unlike says
+        damping, damping_ramp, backlash
+                    as in `from_ste`
+
+        Its table has some 2 MB and its call takes about 1 us, whatever the number of pitches. For pitch deviations it
+        agrees with the map of all pitches (`from_ste`) within 1 % of what they add; where to take which, and the errors
+        of profiles, cracks and spalls by tooth: `exugear/docs/theory.md`.
+
+        Raises ValueError for a dataset that is no map of tooth pairs.
+        """
+        is_map = pairs.attrs.get("title") == "tooth pairs"
+        require(is_map, f"pairs must be made by fem.tooth_pair_map, got {list(map(str, pairs))}; for a map: from_ste")
+        pair = pair_of(pairs)
+        backlash = pair.backlash if backlash is None else backlash
+        given: dict[str, Any] = {"damping": damping, "damping_ramp": damping_ramp, "backlash": backlash}
+        given |= {"back_phase": pair.back_phase, "pitches": lcm(*deviating_teeth(pair))}
+        given |= {"coast_unlike": "" if coast is not None else why_unlike(pairs), "fixed_offsets": fixed_axial(pairs)}
+        if coast is not None:
+            given["coast"] = cls._composed(tooth_pairs_of(coast, cls), {"pitches": given["pitches"]})
+        return cls._composed(tooth_pairs_of(pairs, cls), given)
+
+    @classmethod
+    def _composed(cls, teeth: ToothPairs, given: Mapping[str, Any]) -> "MeshForce":
+        """The law of tooth pairs, with its law of teeth that are alike."""
+        bare = {"offsets": teeth.single.offsets, "fixed_offsets": given.get("fixed_offsets", {})}
+        reach = np.array([0.0, um])
+        shape = tuple(axis.size for axis in teeth.single.offsets.values())
+        placeholder = np.broadcast_to(reach, (*shape, PHASES, 2)), np.broadcast_to([0.0, 1.0], (*shape, PHASES, 2))
+        centroid = {"centroid": np.full((*shape, PHASES, 2), 1e-12)} if np.any(teeth.single.centroid) else {}
+        phase = uniform_phases(PHASES, 1)
+        alike = cls(phase, *placeholder, teeth=teeth.without_deviations(), **centroid, **bare)
+        arrays = blocks_of(alike, phase)
+        if not np.any(teeth.single.centroid):
+            arrays["centroid"] = 0.0
+        return cls(phase, **arrays, **{**bare, **given}, teeth=teeth)
+
+    @classmethod
+    @checked
     def secant(
         cls,
         ste: xr.Dataset,
@@ -279,6 +341,13 @@ class MeshForce:
         if self.offsets:
             middle = {name: float(values[values.size // 2]) for name, values in self.offsets.items()}
             return self.flank_at(1, **middle).jumps
+        if self.teeth is not None:
+            alike = replace(self, pitches=1, coast=None, teeth=self.teeth.without_deviations()).jumps_of_law()
+            return np.add.outer(np.arange(self.pitches), alike).ravel()
+        return self.jumps_of_law()
+
+    def jumps_of_law(self) -> np.ndarray:
+        """(n,) phases at which the law jumps; of one that is composed of tooth pairs they are all computed."""
         fine, window = FINE * self.pitches, round(JUMP_WIDTH * FINE)
         phase = np.arange(fine) / FINE
         deflection = np.broadcast_to(self.deflection, self.force_table.shape)
@@ -341,6 +410,8 @@ class MeshForce:
         left = {name: values for name, values in self.offsets.items() if name not in offsets}
         if not arrays["centroid"].any():
             arrays["centroid"] = np.array(0.0)
+        if self.teeth is not None:
+            arrays["teeth"] = replace(self.teeth, single=self.teeth.single._at(offsets, None))
         return replace(self, **arrays, offsets=left, fixed_offsets={**self.fixed_offsets, **offsets}, coast=coast)
 
     @checked
@@ -359,6 +430,12 @@ class MeshForce:
     def unloaded(self, phase: Finite) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
         return range_at(self.table.head, float(phase))
+
+
+def fixed_axial(pairs: xr.Dataset) -> dict[str, float]:
+    """The axial offset [m] for which a map of tooth pairs was made, by name; empty where it is 0."""
+    axial = float(pairs.attrs.get("axial", 0.0))
+    return {"axial": axial} if axial else {}
 
 
 def fixed_axial_offset(ste: xr.Dataset) -> dict[str, float]:
