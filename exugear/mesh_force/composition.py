@@ -27,13 +27,13 @@ from exugear.mesh_force.pchip import hermite, hermite_slope
 from fem.support.numba_cache import compiled
 
 #: Most tooth pairs that may touch at a time, and floats for each: its position, deflections, loads and their slopes.
-MOST, ROWS = 8, 15
-SPACE = MOST * (ROWS + MOST)
+MOST, ROWS = 8, 17
+SPACE = MOST * (ROWS + 2 * MOST)
 S, FREE, X, LOAD, STIFFNESS, LOAD_BY_S, ENERGY, BY_S, BY_LEVER, INCREASE, INCREASE_SLOPE = range(11)
-RIGHT, FURTHER, TOOTH_1, TOOTH_2 = range(11, ROWS)
-MATRIX = ROWS
+RIGHT, FURTHER, TOOTH_1, TOOTH_2, LARGEST, UNLOADED = range(11, ROWS)
+MATRIX, COUPLINGS = ROWS, ROWS + MOST
 #: Newton's method ends where a step is this share of the deflection; the last step then changes the loads linearly.
-CONVERGED, STEPS = 1e-6, 40
+CONVERGED, STEPS = 1e-4, 40
 #: Gauss points and weights in [0, 1], exact for polynomials of the fifth degree.
 GAUSS = ((0.1127016653792583, 5 / 18), (0.5, 8 / 18), (0.8872983346207417, 5 / 18))
 teeth_at, increment_at = reader(TEETH), reader(INCREMENT)
@@ -226,7 +226,11 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
         least = min(least, touches - free)
         if free > touches:
             space[S * MOST + n], space[FREE * MOST + n] = s, deflection - space[FREE * MOST + p]
+            # couplings only add to deflections
             space[X * MOST + n] = free
+            space[UNLOADED * MOST + n], space[STIFFNESS * MOST + n] = touches, extent.largest_force / extent.largest
+            space[INCREASE * MOST + n], space[INCREASE_SLOPE * MOST + n] = space[FREE * MOST + n] - free, 0.0
+            space[LARGEST * MOST + n] = free if one < 0.0 and two < 0.0 else extent.unloaded + extent.largest
             space[TOOTH_1 * MOST + n], space[TOOTH_2 * MOST + n] = one, two
             largest_force = max(largest_force, extent.largest_force)
             if free - touches > (1.0 + CONTINUED) * extent.largest:
@@ -242,11 +246,14 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
 @compiled
 def solved_potential(teeth, single, block, lever, n, penetration, largest_force, space):
     """`Potential` of n tooth pairs that touch where no other does."""
+    if n > 1:
+        write_couplings(teeth, n, space)
+        begin(n, space)
     for _ in range(STEPS):
         varies, largest = write_loads(teeth, single, block, lever, n, space), 0.0
         if n == 1 and not varies:
             break
-        write_system(teeth, n, space)
+        write_system(n, space)
         solve_in_place(space, n, 1)
         for p in range(n):
             largest = max(largest, abs(space[RIGHT * MOST + p]))
@@ -254,7 +261,7 @@ def solved_potential(teeth, single, block, lever, n, penetration, largest_force,
             apply_last_step(n, space)
             break
         for p in range(n):
-            space[X * MOST + p] -= space[RIGHT * MOST + p]
+            space[X * MOST + p] = min(space[X * MOST + p] - space[RIGHT * MOST + p], space[LARGEST * MOST + p])
     return summed(teeth, n, penetration, largest_force, space)
 
 
@@ -296,15 +303,35 @@ def apply_last_step(n, space):
 
 
 @compiled
-def write_system(teeth, n, space):
+def write_couplings(teeth, n, space):
+    """Write couplings above, and their slopes by the position below the diagonal of COUPLINGS."""
+    for p in range(n):
+        for q in range(p + 1, n):
+            s = space[S * MOST + p]
+            c, c_s = coupling(teeth, int(space[S * MOST + q] - s + 0.5), s)
+            space[(COUPLINGS + p) * MOST + q], space[(COUPLINGS + q) * MOST + p] = c, c_s
+
+
+@compiled
+def begin(n, space):
+    """Write deflections X from secant stiffnesses, from which Newton's method begins."""
+    for p in range(n):
+        space[LOAD * MOST + p] = space[STIFFNESS * MOST + p] * (space[X * MOST + p] - space[UNLOADED * MOST + p])
+    write_system(n, space)
+    solve_in_place(space, n, 1)
+    for p in range(n):
+        space[X * MOST + p] = min(space[X * MOST + p] - space[RIGHT * MOST + p], space[LARGEST * MOST + p])
+
+
+@compiled
+def write_system(n, space):
     """Write the matrix 1 + (c + i') k, and what is not balanced into RIGHT."""
     for p in range(n):
         space[RIGHT * MOST + p] = space[X * MOST + p] + space[INCREASE * MOST + p] - space[FREE * MOST + p]
         space[(MATRIX + p) * MOST + p] = 1.0 + space[INCREASE_SLOPE * MOST + p] * space[STIFFNESS * MOST + p]
     for p in range(n):
         for q in range(p + 1, n):
-            s = space[S * MOST + p]
-            c, _ = coupling(teeth, int(space[S * MOST + q] - s + 0.5), s)
+            c = space[(COUPLINGS + p) * MOST + q]
             space[(MATRIX + p) * MOST + q] = c * space[STIFFNESS * MOST + q]
             space[(MATRIX + q) * MOST + p] = c * space[STIFFNESS * MOST + p]
             space[RIGHT * MOST + p] += c * space[LOAD * MOST + q]
@@ -323,7 +350,7 @@ def summed(teeth, n, penetration, largest_force, space):
     if n == 1 and one < 0 and two < 0:
         stiffness = space[STIFFNESS * MOST]
         return Potential(energy, penetration, force, stiffness, force_by_s, by_phase, by_lever, largest_force)
-    write_system(teeth, n, space)
+    write_system(n, space)
     for p in range(n):
         s, load, by_s = space[S * MOST + p], space[LOAD * MOST + p], space[LOAD_BY_S * MOST + p]
         one, two = int(space[TOOTH_1 * MOST + p]), int(space[TOOTH_2 * MOST + p])
@@ -333,8 +360,7 @@ def summed(teeth, n, penetration, largest_force, space):
             space[FURTHER * MOST + p] = -further.by_s - further.by_load * by_s
     for p in range(n):
         for q in range(p + 1, n):
-            s = space[S * MOST + p]
-            c, c_s = coupling(teeth, int(space[S * MOST + q] - s + 0.5), s)
+            c, c_s = space[(COUPLINGS + p) * MOST + q], space[(COUPLINGS + q) * MOST + p]
             load_p, load_q = space[LOAD * MOST + p], space[LOAD * MOST + q]
             energy -= c * load_p * load_q
             by_phase -= c_s * load_p * load_q

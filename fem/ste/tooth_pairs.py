@@ -48,8 +48,9 @@ LOADS = np.geomspace(0.002, 1.6, 14)
 INCREMENT_LOADS = np.array([0.01, 0.04, 0.16, 0.5, 1.0])
 #: Load at which the line loads are taken that couple tooth pairs, over the largest mesh force.
 COUPLED_LOAD = 0.3
-#: Positions in a pitch of single tooth pairs, of increments and of couplings; pitches beyond the ends of the path.
-KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 16, 16, 8, 0.3
+#: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches beyond
+#: the ends of the path. Spur gears with linear reliefs need most.
+KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 8, 0.3
 #: Least length of a part of the path between kinks [pitches].
 SHORTEST_PART = 0.02
 POSITION, DISTANCE, INCREMENT_TORQUE = "position", "distance", "increment_torque"
@@ -144,7 +145,7 @@ def tooth_pair_map(
     nominal = SinglePair(replace(model, pair=alike), bodies, slices, force * np.append(0.0, LOADS))
     parts = parts_of_path(alike, float(values["a"].min()))
     with shown(progress):
-        position = knots(parts, KNOTS)
+        position = knots(parts, HELICAL_KNOTS if pair.beta_b else KNOTS)
         states = _solved(nominal, position, executor, "single tooth pairs")
         on_path = (position >= parts[1]) & (position <= parts[-2])
         states[0] = rising(states[0], on_path)
