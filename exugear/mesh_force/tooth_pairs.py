@@ -17,7 +17,7 @@ from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_o
 from fem.support.validation import set_fields
 
 #: Positions in a pitch of single tooth pairs and of increments in a law, and numbers of t of increments.
-STEPS, INCREMENT_STEPS, INCREMENT_LOADS = 256, 64, 9
+STEPS, INCREMENT_STEPS, INCREMENT_LOADS = 128, 64, 9
 #: Loads of a single tooth pair: least over the lowest of the map, how many below it and up to the largest one, and from
 #: there to this multiple of it, along the last stiffness.
 LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
@@ -134,7 +134,7 @@ def _nodes(values: np.ndarray, largest_load: float) -> np.ndarray:
     if not len(values):
         return nodes
     t, s = np.linspace(0, 1, values.shape[2]), np.arange(values.shape[1])
-    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=((1, 0.0), "not-a-knot"))
+    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
     nodes["value"], nodes["by_t"] = values, over_t(t, 1) * t[1]
     points, weights = np.polynomial.legendre.leggauss(3)
     inner = (t[:-1, None] + t[1] * (points + 1) / 2).ravel()
@@ -237,5 +237,5 @@ def _increments(data: xr.Dataset, gear: str, parts: np.ndarray) -> np.ndarray:
     if not len(values):
         return np.zeros((0, position.size, INCREMENT_LOADS))
     placed = over_parts(data["increment_position"].values, np.moveaxis(values, 1, 0), parts, position)
-    over_t = scipy.interpolate.CubicSpline(t, placed, axis=2, bc_type=((1, 0.0), "not-a-knot"))
+    over_t = scipy.interpolate.CubicSpline(t, placed, axis=2, bc_type=("clamped", "not-a-knot"))
     return np.moveaxis(over_t(np.linspace(0, 1, INCREMENT_LOADS)), 0, 1)
