@@ -10,7 +10,7 @@ from .gear.material import STEEL, Material
 from .gear.measured_flanks import flank_traces, pitch_chart, wobble
 from .gear.pinion_cutter import PinionCutter
 from .gear.rim_support import Bolts, Bush
-from .microgeometry.deviation import Grid, OnTooth, PitchDeviation, Spall, Waviness
+from .microgeometry.deviation import Crack, Grid, OnTooth, PitchDeviation, Spall, Waviness
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
     EdgeBreak,
@@ -27,6 +27,7 @@ from .pair.offsets import Offsets
 from .pair.pair import GearPair
 from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
+from .ste.crack import crack
 from .ste.inputs import UpTo
 from .ste.ring_angle import over_pitches
 from .ste.ring_deflection import ring_deflection
@@ -43,6 +44,7 @@ __all__ = [
     "STEEL",
     "Bolts",
     "Bush",
+    "Crack",
     "DataSheet",
     "Density",
     "EdgeBreak",
@@ -70,6 +72,7 @@ __all__ = [
     "UpTo",
     "Waviness",
     "__version__",
+    "crack",
     "drawn_deviations",
     "dynamic",
     "explicit",

@@ -253,7 +253,15 @@ class MeshForce:
         given |= {"coast_unlike": "" if coast is not None else why_unlike(pairs), "fixed_offsets": fixed_axial(pairs)}
         if coast is not None:
             given["coast"] = cls._composed(tooth_pairs_of(coast, cls), {"pitches": given["pitches"]})
-        return cls._composed(tooth_pairs_of(pairs, cls), given)
+        law = cls._composed(tooth_pairs_of(pairs, cls), given)
+        phase, loads = pairs["phase_check"].values, pairs["torque_check"].values / pair.pinion.r_b
+        if not phase.size:
+            return law
+        first = {name: float(values[0]) for name, values in law.offsets.items()}
+        te = static_deflections(law.flank_at(1, **first), phase, loads)
+        error = te - pairs["te_check"].values
+        errors = {"error": float(np.abs(error).max()), "error_rms": float(np.sqrt((error**2).mean()))}
+        return replace(law, teeth=replace(law.teeth, **errors))
 
     @classmethod
     def _composed(cls, teeth: ToothPairs, given: Mapping[str, Any]) -> "MeshForce":
@@ -323,8 +331,8 @@ class MeshForce:
         """The law that `save` wrote, equal to the last bit; ValueError for a damaged or another file."""
         arguments = load_arguments(path)
         if arguments["coast"] is not None:
-            arguments["coast"] = cls(**arguments["coast"])
-        return cls(**arguments)
+            arguments["coast"] = cls(**_with_tooth_pairs(arguments["coast"], cls))
+        return cls(**_with_tooth_pairs(arguments, cls))
 
     def _centroid_by_energy(self) -> np.ndarray:
         """Force centroid (like force_table) [m], by the change of the potential over the misalignment."""
@@ -502,6 +510,12 @@ def _coast_arrays(ste: xr.Dataset, pair: GearPair, extend: float) -> dict[str, A
 def _unlike(ste: xr.Dataset) -> str:
     """Why the coast flanks are not the mirror image; "" where they are, or have a law of their own."""
     return "" if float(ste[TORQUE][0]) < 0 else why_unlike(ste)
+
+
+def _with_tooth_pairs(arguments: dict[str, Any], law: type) -> dict[str, Any]:
+    """Arguments of a law from a file, whose tooth pairs are no longer arguments themselves."""
+    teeth = arguments["teeth"]
+    return arguments if teeth is None else arguments | {"teeth": ToothPairs(**teeth | {"single": law(**teeth["single"])})}
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

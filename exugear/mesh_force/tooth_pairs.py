@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import ceil
+from math import ceil, nan
 from typing import Any
 
 import numpy as np
@@ -12,17 +11,15 @@ import xarray as xr
 
 from exugear.mesh_force.kernel_records import record_of
 from exugear.mesh_force.layout import INCREMENT, TEETH, start_of_field
-from fem.ste.load_interpolation import deflection_under
+from fem.ste.load_interpolation import deflection_under, over_parts
 from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_of
 from fem.support.validation import set_fields
 
-#: Positions in a pitch of single tooth pairs and of increments in a law, and numbers of t of increments.
-STEPS, INCREMENT_STEPS, INCREMENT_LOADS = 128, 64, 9
+#: Positions in a pitch of single tooth pairs in a law, and number of t of increments.
+STEPS, INCREMENT_LOADS = 128, 21
 #: Loads of a single tooth pair: least over the lowest of the map, how many below it and up to the largest one, and from
 #: there to this multiple of it, along the last stiffness.
 LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
-#: Distance of positions that counts as rounding [pitches].
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +34,10 @@ class ToothPairs:
     coupling            (n_distance, n) transmission error of a tooth pair per load on that 1, 2, ... pitches ahead [m/N]
     coupled_first       position of the first coupling; they are a whole share of a pitch apart, coupled_steps in a pitch
     increments          (n_variant, n, n_t) change of the deflection of a tooth [m], over its position and t
-    placed_first        position of the first increment, of INCREMENT_STEPS in a pitch
+    placed_first        position of the first increment, placed_steps in a pitch
     largest_load        load of the last increment [N]: t = sqrt(load / largest_load), evenly spaced
+    error, error_rms    largest and root mean square difference of the law from contacts that were solved whole [m]; NaN
+                        where none were
     turn                share of a pitch by which a difference of pitch deviations turns the teeth [1/m]
     """
 
@@ -54,8 +53,11 @@ class ToothPairs:
     coupled_steps: float
     increments: np.ndarray
     placed_first: float
+    placed_steps: float
     largest_load: float
     turn: float
+    error: float = nan
+    error_rms: float = nan
 
     def __post_init__(self):
         for name in ("pitch_1", "pitch_2", "coupling", "increments"):
@@ -113,7 +115,7 @@ class ToothPairs:
             coupled_first=self.coupled_first,
             coupled_steps=self.coupled_steps,
             placed_first=self.placed_first,
-            placed_steps=INCREMENT_STEPS,
+            placed_steps=self.placed_steps,
             largest_load=self.largest_load,
             turn=self.turn,
             **starts,
@@ -150,7 +152,7 @@ def tooth_pairs_of(data: xr.Dataset, law: type) -> ToothPairs:
     pair, parts = pair_of(data), np.asarray(data.attrs["parts"], float)
     first, last = float(parts[0]), float(parts[-1])
     variants = [data[f"{gear}_variant_of"].values for gear in ("pinion", "wheel")]
-    increments = [_increments(data, gear, parts) for gear in ("pinion", "wheel")]
+    increments = [_increments(data, gear) for gear in ("pinion", "wheel")]
     second = np.where(variants[1] >= 0, variants[1] + len(increments[0]), -1)
     at = data["coupled_position"].values
     return ToothPairs(
@@ -165,7 +167,8 @@ def tooth_pairs_of(data: xr.Dataset, law: type) -> ToothPairs:
         coupled_first=float(at[0]),
         coupled_steps=float(1 / (at[1] - at[0])),
         increments=np.concatenate(increments),
-        placed_first=first,
+        placed_first=float(data["increment_position"][0]),
+        placed_steps=float(1 / np.diff(data["increment_position"].values[:2])[0]),
         largest_load=float(data["increment_torque"][-1]) / pair.pinion.r_b,
         turn=1 / (2 * pair.p_bt),
     )
@@ -177,21 +180,6 @@ def rising(deflection: np.ndarray) -> np.ndarray:
     least = np.median(growth.reshape(-1, growth.shape[-1]), axis=0) / 20
     floor = np.append(0.0, np.cumsum(least))
     return np.maximum.accumulate(deflection - floor, axis=-1) + floor
-
-
-def over_parts(position: np.ndarray, values: np.ndarray, parts: np.ndarray, queries: np.ndarray) -> np.ndarray:
-    """Values (n_query, ...) of cubic splines through values (n, ...) at positions (n,), one in each part of the path.
-
-    Beyond the parts the last value stays.
-    """
-    result = np.empty((queries.size, *values.shape[1:]))
-    for number, (low, high) in enumerate(pairwise(parts)):
-        of_part = (position >= low - ROUNDING) & (position <= high + ROUNDING)
-        begins = -np.inf if number == 0 else low
-        of_queries = (queries >= begins) & (queries <= (np.inf if high == parts[-1] else high))
-        spline = scipy.interpolate.CubicSpline(position[of_part], values[of_part])
-        result[of_queries] = spline(np.clip(queries[of_queries], low, high))
-    return result
 
 
 def _single(data: xr.Dataset, parts: np.ndarray) -> Mapping[str, Any]:
@@ -229,13 +217,9 @@ def _single(data: xr.Dataset, parts: np.ndarray) -> Mapping[str, Any]:
     }
 
 
-def _increments(data: xr.Dataset, gear: str, parts: np.ndarray) -> np.ndarray:
+def _increments(data: xr.Dataset, gear: str) -> np.ndarray:
     """(n_variant, n, INCREMENT_LOADS) increments of a gear at evenly spaced positions and t."""
     values = data[f"{gear}_increment"].transpose(f"{gear}_variant", "increment_position", "increment_torque").values
-    position = parts[0] + np.arange(ceil((parts[-1] - parts[0]) * INCREMENT_STEPS) + 1) / INCREMENT_STEPS
     t = np.sqrt(data["increment_torque"].values / float(data["increment_torque"][-1]))
-    if not len(values):
-        return np.zeros((0, position.size, INCREMENT_LOADS))
-    placed = over_parts(data["increment_position"].values, np.moveaxis(values, 1, 0), parts, position)
-    over_t = scipy.interpolate.CubicSpline(t, placed, axis=2, bc_type=("clamped", "not-a-knot"))
-    return np.moveaxis(over_t(np.linspace(0, 1, INCREMENT_LOADS)), 0, 1)
+    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
+    return over_t(np.linspace(0, 1, INCREMENT_LOADS))

@@ -12,7 +12,18 @@ import numpy as np
 from numba import objmode
 
 from fem.microgeometry import modification
-from fem.microgeometry.deviation import Grid, OnTooth, PitchDeviation, Spall, Waviness, bilinear, of_tooth, waviness
+from fem.microgeometry.deviation import (
+    Crack,
+    Grid,
+    OnTooth,
+    PitchDeviation,
+    Spall,
+    Waviness,
+    bilinear,
+    lever_of,
+    of_tooth,
+    waviness,
+)
 from fem.microgeometry.flank import Flank
 from fem.microgeometry.modification import (
     EdgeBreak,
@@ -28,7 +39,7 @@ from fem.support.numba_cache import unchecked
 
 #: Formulas that change along the profile, then those that are constant along it, then that of a user's modification.
 PROFILE_RELIEF, PROFILE_CROWNING, ROUNDED_EDGE, WAVINESS, GRID = range(5)
-LEAD_CROWNING, HELIX_SLOPE, END_RELIEF, PITCH, USERS = range(GRID + 1, GRID + 6)
+LEAD_CROWNING, HELIX_SLOPE, END_RELIEF, PITCH, CRACK, USERS = range(GRID + 1, GRID + 7)
 FORMULAS: dict[type, int] = {
     TipRelief: PROFILE_RELIEF,
     RootRelief: PROFILE_RELIEF,
@@ -40,9 +51,11 @@ FORMULAS: dict[type, int] = {
     HelixSlope: HELIX_SLOPE,
     EndRelief: END_RELIEF,
     PitchDeviation: PITCH,
+    Crack: CRACK,
 }
-#: What a row describes: the shape of the flank, the rounding of its tip edge, or the turn of the whole flank.
-SHAPE, ROUNDING, TURN = range(3)
+#: What a row describes: the shape of the flank, the rounding of its tip edge, the turn of the whole flank, or a hinge in
+#: the root of the tooth.
+SHAPE, ROUNDING, TURN, HINGE = range(4)
 #: Numbers in a row: the first arguments of its formula.
 NUMBERS = 6
 #: A row: its formula and role, its numbers, and where its table begins in the table of all rows; of a user's
@@ -83,6 +96,8 @@ def compiled_flank(flank: Flank, face: FlankExtent, first: int = 0) -> CompiledF
             numbers,
         )
         row["role"] = TURN if formula == PITCH else ROUNDING if hasattr(part, "rounding") else SHAPE
+        if formula == CRACK:
+            row["role"] = HINGE
         tables.append(table)
         first += table.size
     return CompiledFlank(rows, np.concatenate(tables), UsersModifications(tuple(part for part, _ in parts), face))
@@ -118,11 +133,11 @@ def _removed_by_user(key, row, roll, axial, tooth):
 _relief, _rounded_edge = unchecked(modification.relief), unchecked(modification.rounded_edge)
 _profile_crowning, _lead_crowning = unchecked(modification.profile_crowning), unchecked(modification.lead_crowning)
 _helix_slope, _of_tooth, _bilinear = unchecked(modification.helix_slope), unchecked(of_tooth), unchecked(bilinear)
-_waviness = unchecked(waviness)
+_waviness, lever = unchecked(waviness), unchecked(lever_of)
 
 
 @unchecked
-def _is_of(row, tooth):
+def is_of(row, tooth):
     """Whether a row is of a tooth."""
     return row.teeth == 0 or tooth % row.teeth == row.tooth
 
@@ -200,7 +215,7 @@ def add_removed(rows, table, extent, role, factor, sections, roll, removed):
             continue
         for i in range(n):
             axial, tooth = sections.axial[i], sections.tooth[i]
-            if not _is_of(row, tooth):
+            if not is_of(row, tooth):
                 continue
             if row.formula == USERS:
                 material = _removed_by_user(extent.users, row.first, on_flank[i], axial, tooth)

@@ -191,6 +191,40 @@ class Spall:
         return self.grid(face).removed(face, roll, axial)
 
 
+@short(radius="mm", half_angle="deg")
+@dataclass(frozen=True)
+class Crack:
+    """A crack in the root of a tooth, over the whole face: the tooth turns about a hinge under its load.
+
+    turn        angle by which it turns under a moment [rad/(N m)]; `fem.crack` derives it from a lost share of the
+                stiffness
+    radius      of the hinge, on the centre line of the tooth [m]: the root radius
+    half_angle  half angle of the tooth at the base circle, `Gear.psi_b` [rad]
+
+    It removes no material. Give it to a tooth by `fem.OnTooth`. Raises ValueError for values out of range.
+    """
+
+    turn: float
+    radius: float
+    half_angle: float
+
+    def __post_init__(self):
+        as_floats(self)
+        require(0 <= self.turn < 1, f"turn must lie in [0, 1) rad/(N m), got {self.turn}; take fem.crack(gear, lost=0.3)")
+        check_within("radius", self.radius, 1e-4, 10.0, "m (pass metres)")
+        require_finite("half_angle", self.half_angle)
+
+    def check(self, face: FlankExtent) -> None:
+        """ValueError on internal gears, whose teeth bend with their rim."""
+        require(face.z > 0, f"a crack bends a tooth of an external gear, got z = {face.z}")
+
+    def numbers(self, face: FlankExtent) -> tuple[float, float, float, float]:
+        return self.turn, self.radius, self.half_angle, face.r_b
+
+    def removed(self, face: FlankExtent, roll, axial):
+        return 0 * roll + 0 * axial
+
+
 @short()
 @dataclass(frozen=True)
 class OnTooth:
@@ -316,6 +350,11 @@ class Grid:
 
     def removed(self, face: FlankExtent, roll, axial):
         return bilinear(*self.arrays, np.asarray(roll), np.asarray(axial))
+
+
+def lever_of(radius, half_angle, r_b, roll):
+    """Distance [m] of the normal of a flank at a roll length from a point on the centre line of the tooth."""
+    return r_b - radius * np.cos(roll / r_b - half_angle)
 
 
 def waviness(amplitude, order, angle, r_b, slope, z, roll, axial, tooth):

@@ -6,13 +6,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from fem.microgeometry.deviation import Grid, OnTooth, PitchDeviation, Spall, Waviness
+from fem.microgeometry.deviation import Crack, Grid, OnTooth, PitchDeviation, Spall, Waviness
 from fem.microgeometry.modification import DESIGNED, FlankExtent, Modification
 from fem.support.representation import short
 from fem.support.validation import require, set_fields, text_of
 from fem.units import mm
 
-KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid, Spall, Waviness, OnTooth)}
+KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid, Spall, Waviness, Crack, OnTooth)}
 Flank = tuple[Modification, ...]
 #: Largest slope over the profile length of material that a modification adds.
 STEEPEST = 0.3

@@ -15,7 +15,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from math import ceil, gcd, tan
+from math import ceil, lcm, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -24,15 +24,15 @@ import xarray as xr
 from fem.contact.contact_slices import ContactSlices
 from fem.contact.coupling import compiled_compliance
 from fem.contact.line_contact import DEPTH, compliance_at
-from fem.contact.mesh_geometry import pair_geometry
 from fem.contact.resolution import Resolution, Slices
 from fem.contact.tooth_contact import ToothContact
 from fem.gear.gear import Gear
-from fem.microgeometry.flank import alike_on_all_teeth, edges, names_teeth, of_single_tooth, pitch_deviations, removed
+from fem.microgeometry.flank import alike_on_all_teeth, edges, of_single_tooth, pitch_deviations
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import check_offsets_mesh, checked_torque
+from fem.ste.load_interpolation import over_parts
 from fem.ste.map_solver import ContactModel, compliances_of
 from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_attributes
 from fem.support.arguments import Finite, checked
@@ -45,14 +45,18 @@ from fem.support.validation import require
 #: more.
 LOADS = np.geomspace(0.002, 1.6, 14)
 #: Loads at which increments are solved, over the largest of `LOADS`.
-INCREMENT_LOADS = np.array([0.01, 0.04, 0.16, 0.5, 1.0])
+INCREMENT_LOADS = np.array([0.0025, 0.01, 0.04, 0.16, 0.5, 1.0])
 #: Load at which the line loads are taken that couple tooth pairs, over the largest mesh force.
 COUPLED_LOAD = 0.3
+#: Loads of the states by which a law states its error, over the largest mesh force.
+CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
 #: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches beyond
 #: the ends of the path. Spur gears with linear reliefs need most.
 KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 8, 0.3
 #: Least length of a part of the path between kinks [pitches].
-SHORTEST_PART = 0.02
+SHORTEST_PART = 0.004
+#: Steps in a pitch at which increments are given.
+INCREMENT_STEPS = 128
 POSITION, DISTANCE, INCREMENT_TORQUE = "position", "distance", "increment_torque"
 GEARS = "pinion", "wheel"
 
@@ -70,14 +74,21 @@ class SinglePair:
     slices: int
     forces: np.ndarray
 
-    def contact(self, a: float, axial: float, position: float) -> ToothContact:
-        """The contact at a position [pitches]."""
-        place = MeshPosition(self.model.pair, a, axial, position, candidates=range(1))
-        return ToothContact(place, *self.bodies, self.slices)
+    def at(self, a: float, axial: float, position: float) -> MeshPosition:
+        """The mesh with this tooth pair alone at a position [pitches]."""
+        return MeshPosition(self.model.pair, a, axial, position, candidates=range(1))
+
+    def contact(self, position: MeshPosition) -> ToothContact:
+        """The contact at a mesh position."""
+        return ToothContact(position, *self.bodies, self.slices)
 
     def states(self, at: tuple[float, float, float]) -> np.ndarray:
-        """(3, n_force, n_misalignment) te [m], stiffness [N/m] and centroid [m] at (a, axial, position)."""
-        contact = self.contact(*at)
+        """`of` the tooth pair alone at (a, axial, position)."""
+        return self.of(self.at(*at))
+
+    def of(self, position: MeshPosition) -> np.ndarray:
+        """(3, n_force, n_misalignment) te [m], stiffness [N/m] and centroid [m] at a mesh position."""
+        contact = self.contact(position)
         misalignment = self.model.misalignment(contact.position.alpha).ravel()
         force, angle = np.broadcast_arrays(self.forces[:, None], misalignment)
         with one_thread():
@@ -94,6 +105,7 @@ def tooth_pair_map(
     *,
     offsets: Offsets | None = None,
     resolution: Resolution | Slices | None = None,
+    checks: int = 8,
     executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
@@ -104,6 +116,8 @@ def tooth_pair_map(
 
     torque      largest pinion torque of the law [N m]
     offsets     as in `static_transmission_error`; of the angles the misalignment alone may be an axis
+    checks      number of random phases of the period at which the contact of all tooth pairs is solved, too, under three
+                torques: the law states its error against them
     resolution, executor, progress
                 as in `static_transmission_error`
 
@@ -122,6 +136,8 @@ def tooth_pair_map(
                     beside pitch deviations [m]
     pinion_variant_of, wheel_variant_of
                     over the teeth: number of the increment; -1: none
+
+    te_check        over (torque_check, phase_check): transmission error [m] of the whole contact
 
     position        of the tooth pair on the path of contact, in pitches from the pitch point
     parts           attribute: positions of the ends of the path and of kinks, between which te is smooth
@@ -151,7 +167,22 @@ def tooth_pair_map(
         states[0] = rising(states[0], on_path)
         coupling = couplings(nominal, parts, force)
         increments = [_increments(nominal, pair, number, parts, executor) for number in range(2)]
-    return _labelled(pair, nominal, axes, parts, position, states, coupling, increments)
+        whole = _whole_contacts(replace(nominal, model=model, forces=force * CHECKED_LOADS), checks)
+    data = _labelled(pair, nominal, axes, parts, position, states, coupling, increments)
+    data["te_check"] = ("torque_check", "phase_check"), whole[1], {"units": "m"}
+    return data.assign_coords(torque_check=largest * CHECKED_LOADS, phase_check=whole[0])
+
+
+def _whole_contacts(single: SinglePair, checks: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random phases (n,) of the period, and te (n_load, n) [m] of the contact of all tooth pairs."""
+    require(checks >= 0, f"checks must be a number of phases >= 0, got {checks}")
+    pair = single.model.pair
+    phase = np.sort(np.random.default_rng(0).uniform(0, lcm(pair.pinion.z, abs(pair.wheel.z)), checks))
+    a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
+    te = np.zeros((single.forces.size, checks))
+    for i, at in enumerate(phase):
+        te[:, i] = single.of(MeshPosition(pair, a, axial, float(at)))[0, :, 0]
+    return phase, te
 
 
 def _gears(pair: GearPair) -> tuple[Gear, Gear]:
@@ -224,7 +255,7 @@ def couplings(single: SinglePair, parts: np.ndarray, force: float) -> tuple[np.n
     position = np.arange(np.floor(parts[0] / step), np.ceil(parts[-1] / step) + 1) * step
     a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
     inner = np.clip(position, parts[1], parts[-2])
-    loads = [_coupled_loads(single.contact(a, axial, float(s)), COUPLED_LOAD * force) for s in inner]
+    loads = [_coupled_loads(single.contact(single.at(a, axial, float(s))), COUPLED_LOAD * force) for s in inner]
     distances = min(ceil(parts[-1] - parts[0]), *(len(body.blocks) - 1 for body in single.bodies))
     values = np.zeros((distances, position.size))
     for i, s in enumerate(position):
@@ -269,24 +300,33 @@ class Increments(NamedTuple):
 def _increments(
     nominal: SinglePair, pair: GearPair, number: int, parts: np.ndarray, executor: Executor | None
 ) -> Increments:
-    """Increments of the teeth of pinion (0) or wheel (1) that have more than a pitch deviation."""
+    """Increments of the teeth of pinion (0) or wheel (1) that have more than a pitch deviation.
+
+    They are solved at positions that suit the kinks of each tooth, and interpolated at evenly spaced ones.
+    """
     gear, model = _gears(pair)[number], nominal.model
     teeth = [of_single_tooth(gear.drive_flank, tooth, gear.z) for tooth in range(abs(gear.z))]
     alike = alike_on_all_teeth(gear.drive_flank)
     variants = list(dict.fromkeys(flank for flank in teeth if flank != alike))
     variant_of = np.array([variants.index(flank) if flank in variants else -1 for flank in teeth])
     loads = nominal.forces[-1] * np.append(0.0, INCREMENT_LOADS)
-    position = knots(parts, INCREMENT_KNOTS)
     offsets = {name: values[:1] for name, values in model.offsets.items()}
     single = replace(nominal, model=replace(model, offsets=offsets), forces=loads)
-    base = _solved(single, position, executor, f"{GEARS[number]} without deviations")[0] if variants else None
-    values = np.zeros((len(variants), loads.size, position.size))
+    position = parts[0] + np.arange(ceil((parts[-1] - parts[0]) * INCREMENT_STEPS) + 1) / INCREMENT_STEPS
+    values, without = np.zeros((len(variants), loads.size, position.size)), {}
     for i, flank in enumerate(variants):
         flanks = [list(gear.drive_flank) for gear in _gears(model.pair)]
         flanks[number] = list(flank)
-        with_tooth = replace(single.model, pair=_with_flanks(model.pair, *flanks))
-        solved = _solved(replace(single, model=with_tooth), position, executor, f"{GEARS[number]} tooth {i}")[0]
-        values[i] = (solved - base)[:, 0, 0, 0]
+        with_tooth = _with_flanks(model.pair, *flanks)
+        of_tooth = parts_of_path(with_tooth, float(model.offsets["a"].min()))
+        at = knots(of_tooth, INCREMENT_KNOTS)
+        if at.tobytes() not in without:
+            base = f"tooth pairs without that of the {GEARS[number]}"
+            without[at.tobytes()] = _solved(single, at, executor, base)[0, :, 0, 0, 0]
+        what = f"{GEARS[number]}, tooth {list(variant_of).index(i)}"
+        solved = _solved(replace(single, model=replace(single.model, pair=with_tooth)), at, executor, what)
+        increment = solved[0, :, 0, 0, 0] - without[at.tobytes()]
+        values[i] = over_parts(at, increment.T, of_tooth, position).T
     return Increments(variant_of, loads, position, values)
 
 
