@@ -28,6 +28,7 @@ from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
 from .ste.ring_angle import over_pitches
 from .ste.ring_deflection import ring_deflection
+from .ste.ring_modes import ring_modes, without_ring_modes
 from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.transmission import static_transmission_error
@@ -77,6 +78,7 @@ __all__ = [
     "pair_of",
     "peak_to_peak",
     "ring_deflection",
+    "ring_modes",
     "root_stress",
     "save",
     "section",
@@ -86,4 +88,5 @@ __all__ = [
     "stress",
     "te_harmonics",
     "units",
+    "without_ring_modes",
 ]

@@ -71,7 +71,7 @@ def ring_deflection(
         mesh_angles, other_meshes = (pitch * pair.back_phase - values for values in (meshes, angles))
     compliance = _ring_compliance(loaded, resolution or Resolution())
     rim: RimBending = compliance.rim  # type: ignore[assignment]
-    at_pitch_point = _flank_at_pitch_point(loaded, compliance)
+    at_pitch_point = flank_at_pitch_point(loaded, compliance)
     forces = np.stack([rim.displacement(angle) @ at_pitch_point for angle in mesh_angles], axis=1)
     moved = rim.amplitudes(forces)
     cross = np.stack([rim.displacement(angle) @ at_pitch_point for angle in other_meshes]) @ moved
@@ -97,7 +97,7 @@ def _ring_compliance(pair: GearPair, resolution: Resolution | Slices) -> Complia
     return flank_compliance(*elastic_gears(pair, offsets, resolution)[1], whole=whole)
 
 
-def _flank_at_pitch_point(pair: GearPair, compliance: Compliance) -> np.ndarray:
+def flank_at_pitch_point(pair: GearPair, compliance: Compliance) -> np.ndarray:
     """(n_shape,) displacement of the flank at the pitch point along the line of action, mean over the width."""
     arc = arc_length(pair.wheel, np.array([pair.path_of_contact.on_wheel(pair.roll_pitch)]))
     along = hats(compliance.arcs, arc)[:, 0]
