@@ -9,6 +9,7 @@ import numpy as np
 from llvmlite import ir
 from numba import carray, from_dtype, types
 from numba.extending import intrinsic
+from numba.np.unsafe import ndarray
 
 from fem.support.numba_cache import compiled
 
@@ -88,4 +89,6 @@ def _put_all(typing_context, address, values):
 
 start_of: Any = intrinsic(_start_of)
 put_all: Any = intrinsic(_put_all)
+#: The function for kernels: (array, n) -> its n floats as a tuple.
+as_tuple: Any = ndarray.to_fixed_tuple
 doubles_at, floats_at = pointer_to(types.float64), pointer_to(types.float32)

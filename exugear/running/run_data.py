@@ -108,14 +108,15 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
 
 
 def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
-    """The recorders of all meshes, torques, pins and elastic shafts."""
+    """The recorders of all meshes, torques, pins, elastic shafts and rings."""
     of_meshes, of_torques = [mesh.recorder for mesh in model.meshes], [torque.recorder for torque in torques.values()]
     return [*of_meshes, *of_torques, *_beside_meshes(model)]
 
 
 def _beside_meshes(model: Model) -> list[BodyRecorder]:
-    """The recorders of pins and elastic shafts."""
-    return [*(pin.recorder for pin in model.pins), *(built.recorder for built in model.elastics.values())]
+    """The recorders of pins, elastic shafts and elastic rings."""
+    elastic = [*model.elastics.values(), *model.rings.values()]
+    return [*(pin.recorder for pin in model.pins), *(built.recorder for built in elastic)]
 
 
 def keep_valid(
