@@ -19,11 +19,11 @@ from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
 from fem.support.numba_cache import compiled
 
 #: The ring in a mesh. Numbers of modes and of values around the ring; addresses of g and its slope per spacing
-#: (2, points, modes, 2), of the driving and the coast flank, of the squared frequencies (modes), of the damping (modes),
-#: of room for amplitudes and rates (2 modes), and for g here (modes) and forces (modes); position of the mesh on the
-#: ring at phase 0 and its change per pitch, in spacings.
+#: (2, points, modes, 2), of the driving and the coast flank, of modal masses, stiffnesses and damping (modes), of room
+#: for amplitudes and rates (2 modes), and for g here (modes) and forces (modes); position of the mesh on the ring at
+#: phase 0 and its change per pitch, in spacings.
 RING = record_type(
-    *((name, "i8") for name in ("modes", "points", "table", "squares", "damping", "state", "along", "forces")),
+    *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping", "state", "along", "forces")),
     *((name, "f8") for name in ("start", "pitch")),
 )
 ring_at = reader(RING)
@@ -52,7 +52,8 @@ def flexed(ring, law, motion, steps):
     flank = flank_of(law, motion.advance, motion.opening, motion.phase)
     m, points = ring.modes, ring.points
     table = carray(doubles_at(ring.table), (2, points, m, 2))[0 if flank.side > 0.0 else 1]
-    squares, damping = carray(doubles_at(ring.squares), m), carray(doubles_at(ring.damping), m)
+    masses, stiffness = carray(doubles_at(ring.masses), m), carray(doubles_at(ring.stiffness), m)
+    damping = carray(doubles_at(ring.damping), m)
     state, along = carray(doubles_at(ring.state), 2 * m), carray(doubles_at(ring.along), m)
     position = ring.start + ring.pitch * motion.phase
     first = np.floor(position)
@@ -69,9 +70,10 @@ def flexed(ring, law, motion, steps):
         x, y = state[j], state[m + j]
         along[j] = g
         advance, rate, slope = advance + g * x, rate + g * y, slope + g_u * x
-        acceleration, jerk = acceleration + g * squares[j] * x, jerk + g * squares[j] * y
-        yielding = 1.0 + steps.deflection * squares[j] + steps.rate * damping[j]
-        in_step = in_step + g * (squares[j] * x + damping[j] * y) / yielding
+        spring = g * stiffness[j]
+        acceleration, jerk = acceleration + spring * x / masses[j], jerk + spring * y / masses[j]
+        yielding = masses[j] + steps.deflection * stiffness[j] + steps.rate * damping[j]
+        in_step = in_step + (spring * x + g * damping[j] * y) / yielding
     by_phase = ring.pitch * slope
     return Flexed(advance, rate + by_phase * motion.phase_rate, by_phase, acceleration, jerk, in_step)
 

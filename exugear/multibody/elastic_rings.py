@@ -8,7 +8,7 @@ import numpy as np
 
 from exugear.contact.elastic_ring import RING, spacings
 from exugear.contact.recorder import BodyRecorder
-from exugear.gearbox.elastic_ring import ElasticRing
+from exugear.gearbox.elastic_ring import ElasticRing, Waves
 from exugear.gearbox.gearbox import Gearbox
 from exugear.multibody.elastic_shafts import add_matrices, further_node
 
@@ -43,11 +43,13 @@ class RingInMesh:
     node      number of the node with the amplitudes
     record    `exugear.contact.elastic_ring.RING`
     arrays    whose addresses the record holds
+    flanks    of the ring, driving and coast
     """
 
     node: int
     record: np.record
     arrays: tuple[np.ndarray, ...]
+    flanks: tuple[Waves, Waves]
 
 
 def add_elastic_ring(mbs, elastic: ElasticRing) -> BuiltRing:
@@ -55,7 +57,7 @@ def add_elastic_ring(mbs, elastic: ElasticRing) -> BuiltRing:
     m = elastic.number
     node = further_node(mbs, f"{elastic.name} modes", m)
     recorder = BodyRecorder(("amplitudes", "rates"), vector_size=m)
-    matrices = np.eye(m), np.diag(elastic.omega**2), np.diag(elastic.damping), np.zeros((m, m))
+    matrices = np.diag(elastic.masses), np.diag(elastic.stiffness), np.diag(elastic.damping), np.zeros((m, m))
     number = add_matrices(mbs, f"{elastic.name} rim", [node], matrices, (0, np.eye(m)), recorder)
     return BuiltRing(elastic, node, number, recorder, np.zeros(0, int))
 
@@ -74,8 +76,9 @@ def ring_in_mesh(rings: Mapping[str, BuiltRing], gearbox: Gearbox, number: int) 
     elastic, points = built.elastic, len(built.elastic.flanks[0].values)
     flanks = np.array([np.stack([flank.values, flank.slopes], axis=-1) for flank in elastic.flanks])
     m = elastic.number
-    arrays: dict[str, Any] = {"table": np.ascontiguousarray(flanks), "squares": elastic.omega**2}
-    arrays |= {"damping": elastic.damping.copy(), "state": np.zeros(2 * m), "along": np.zeros(m), "forces": np.zeros(m)}
+    arrays: dict[str, Any] = {"table": np.ascontiguousarray(flanks), "masses": elastic.masses}
+    arrays |= {"stiffness": elastic.stiffness, "damping": elastic.damping}
+    arrays |= {"state": np.zeros(2 * m), "along": np.zeros(m), "forces": np.zeros(m)}
     record = np.zeros(1, RING)[0]
     record.modes, record.points = m, points
     for name, array in arrays.items():
@@ -83,13 +86,10 @@ def ring_in_mesh(rings: Mapping[str, BuiltRing], gearbox: Gearbox, number: int) 
     pitch = 2 * np.pi / abs(stage.pair.wheel.z)
     record.start = spacings(gearbox.ring_angles[number] - pitch * gearbox.phases[number], points)
     record.pitch = spacings(pitch, points)
-    return RingInMesh(built.node, record, tuple(arrays.values()))
+    return RingInMesh(built.node, record, tuple(arrays.values()), elastic.flanks)
 
 
 def row_on_ring(ring: RingInMesh, phase: float) -> np.ndarray:
     """(m,) slopes of the deflection of the driving flank by the amplitudes, at a phase."""
-    _, points, m = 0, int(ring.record.points), int(ring.record.modes)
-    table = ring.arrays[0].reshape(2, points, m, 2)[0]
-    position = float(ring.record.start + ring.record.pitch * phase)
-    i, u = int(np.floor(position)) % points, position - np.floor(position)
-    return -((1 - u) * table[i, :, 0] + u * table[(i + 1) % points, :, 0])
+    spacing = 2 * np.pi / ring.record.points
+    return -ring.flanks[0].at(np.array([ring.record.start + ring.record.pitch * phase]) * spacing)[0]

@@ -35,6 +35,7 @@ from exugear.operation.stop_conditions import End
 from exugear.planning.map_axes import IGNORED
 from exugear.planning.sampling import Steps
 from exugear.running.power_variables import power_variables
+from exugear.running.ring_variables import ring_variables
 from fem.gear.gear import Gear
 from fem.gear.involute import involute
 from fem.pair.pair import GearPair
@@ -206,6 +207,7 @@ def labelled(
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
+    data = data.assign(ring_variables(model, time.size))
     if conditions.power:
         data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}

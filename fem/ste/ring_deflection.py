@@ -19,6 +19,8 @@ from fem.support.arguments import Numbers, checked
 from fem.support.validation import numbers, require, require_finite
 
 MESH, AT = "mesh", "at"
+#: Positions around the ring at which meshes deflect one another.
+POSITIONS = 64
 
 
 @checked
@@ -88,6 +90,28 @@ def ring_deflection(
     named = {name: ((MESH, AT), values.T, about | {"long_name": text}) for name, (values, text) in variables.items()}
     title = {"title": "displacement of the ring per unit mesh force", "side": side}
     return xr.Dataset(named, axes, title | pair_attributes(pair))
+
+
+def cross_compliance(pair: GearPair, compliance: Compliance) -> np.ndarray:
+    """(POSITIONS,) te that a unit mesh force causes in a mesh at evenly spaced angles further on a supported ring [m/N].
+
+    On left flanks; of all positions of both meshes the one with the largest magnitude. At 0 it is the compliance of a
+    flank by the bending of the rim.
+    """
+    rim: RimBending = compliance.rim  # type: ignore[assignment]
+    at_pitch_point, angles = flank_at_pitch_point(pair, compliance), 2 * pi * np.arange(POSITIONS) / POSITIONS
+    forces = np.stack([rim.displacement(angle) @ at_pitch_point for angle in angles], axis=1)
+    return largest_over_positions(forces.T @ rim.amplitudes(forces))
+
+
+def largest_over_positions(between: np.ndarray) -> np.ndarray:
+    """(n,) values of largest magnitude over the positions of a mesh, by how far ahead of it another one is.
+
+    between   (n, n) of the meshes at evenly spaced positions around a ring
+    """
+    rows = np.arange(len(between))
+    ahead = between[rows, (rows + rows[:, None]) % rows.size]
+    return ahead[rows, np.argmax(np.abs(ahead), axis=1)]
 
 
 def _ring_compliance(pair: GearPair, resolution: Resolution | Slices) -> Compliance:

@@ -19,12 +19,12 @@ from fem.elasticity.rim_mass import rim_mass
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.map_solver import elastic_gears, width_variation
-from fem.ste.ring_deflection import flank_at_pitch_point
+from fem.ste.ring_deflection import POSITIONS, flank_at_pitch_point, largest_over_positions
 from fem.ste.ste_map import PHASE, RING_ANGLE, STIFFNESS, TE, TORQUE, check, pair_attributes, pair_of
 from fem.support.arguments import checked
 from fem.support.validation import require
 
-MODE, AT = "ring_mode", "at"
+MODE, AT, APART = "ring_mode", "at", "apart"
 #: Flanks of the ring by the sign of the torque of a map.
 LEFT, RIGHT = "left_flank", "right_flank"
 #: Relative difference of frequencies of a pair of equal modes.
@@ -57,6 +57,8 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
     "flexibility"   sum of left_flank^2 / omega^2 over the modes: what they take out of the compliance of a mesh at the
                     ring angle `at` [m/N]
     "bending"       the same of all modes: compliance of the left flank by the bending of the rim [m/N]
+    "cross"         te that a unit mesh force causes in a mesh `apart` further on the ring, by all modes [m/N]: largest
+                    over the positions; "cross_left_out" the same by the modes beyond those here
 
     Angles count as in `fem.ring_deflection`. Modes are in the plane, the same over the face width. Raises ValueError
     for a pair whose rim is clamped or that is external, and for more modes than the rim has.
@@ -82,7 +84,9 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
         for of_flank, angle in ((flank, at), (mirrored, at + tooth))
     )
     every = np.sum((left / omega[:, None]) ** 2, axis=0)
-    radius, kept = abs(gear.r_clamp), slice(number)
+    radius, kept, spaced = abs(gear.r_clamp), slice(number), slice(None, None, at.size // POSITIONS)
+    soft = (left / omega[:, None])[:, spaced]
+    cross = [largest_over_positions(modes.T @ modes) for modes in (soft, soft[number:])]
     turn = np.zeros(size)
     turn[TANGENTIAL * (2 * highest + 1)] = radius
     per_amplitude = {"units": "kg^-0.5"}
@@ -96,10 +100,13 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
         "turning": (MODE, (turn @ mass @ shapes)[kept], {"units": "kg^0.5 m", "long_name": "turning"}),
         "flexibility": (AT, np.sum((left / omega[:, None])[kept] ** 2, axis=0), {"units": "m/N"}),
         "bending": (AT, every, {"units": "m/N", "long_name": "compliance of a flank by all modes of the rim"}),
+        "cross": (APART, cross[0], {"units": "m/N", "long_name": "te per force of another mesh of the ring"}),
+        "cross_left_out": (APART, cross[1], {"units": "m/N", "long_name": "the same by modes that are left out"}),
     }
     coords = {
         MODE: (MODE, np.arange(1, number + 1), {"long_name": "mode of the ring"}),
         AT: (AT, at, {"units": "rad", "long_name": "angle on the ring"}),
+        APART: (APART, at[spaced], {"units": "rad", "long_name": "angle from mesh to mesh on the ring"}),
     }
     return xr.Dataset(variables, coords, {"title": "modes of a ring on its supports"} | pair_attributes(pair))
 

@@ -9,8 +9,8 @@ import exugear
 import fem
 from fem.units import mm
 
-BUSH = fem.Bush(radial=2e9, tangential=2e9)
-BOLTS = bolted(number=6)
+BUSH = fem.Bush(radial=1e8, tangential=1e8)
+BOLTS = bolted(number=6, radial=1e8, tangential=1e8)
 TORQUES = [0.0, 10.0, 40.0, 100.0]
 #: Teeth of sun, planet and ring.
 TEETH = 21, 24, -69
