@@ -21,10 +21,10 @@ from fem.support.numba_cache import compiled
 #: The ring in a mesh. Numbers of modes and of values around the ring; addresses of g and its slope per spacing
 #: (2, points, modes, 2), of the driving and the coast flank, of modal masses, stiffnesses and damping (modes), of room
 #: for amplitudes and rates (2 modes), and for g here (modes) and forces (modes); position of the mesh on the ring at
-#: phase 0 and its change per pitch, in spacings.
+#: phase 0 and its change per pitch, in spacings; sum of g^2 over the modal masses in the reference configuration [1/kg].
 RING = record_type(
     *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping", "state", "along", "forces")),
-    *((name, "f8") for name in ("start", "pitch")),
+    *((name, "f8") for name in ("start", "pitch", "mobility")),
 )
 ring_at = reader(RING)
 
@@ -34,13 +34,16 @@ class Flexed(NamedTuple):
 
     advance, rate   by which they let the pinion's advance lag [m, m/s]
     by_phase        slope of the advance by the phase [m]
-    acceleration    of the advance by the stiffness of the modes [m/s^2], and its change per time [m/s^3]
-    in_step         the same, and that by their damping, in a step of the integrator [m/s^2]
+    mobility        acceleration of the advance per mesh force by the modes alone [1/kg], less that in the reference configuration
+    acceleration    of the advance by the stiffness of the modes [m/s^2]
+    jerk            its change per time [m/s^3]
+    in_step         acceleration by their stiffness and damping in a step of the integrator [m/s^2]
     """
 
     advance: float
     rate: float
     by_phase: float
+    mobility: float
     acceleration: float
     jerk: float
     in_step: float
@@ -63,19 +66,19 @@ def flexed(ring, law, motion, steps):
     v = 1.0 - u
     a, b, c, d = v * v * (1.0 + 2.0 * u), u * v * v, u * u * (1.0 + 2.0 * v), -u * u * v
     e, f, h = -6.0 * u * v, v * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
-    advance, rate, slope, acceleration, jerk, in_step = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    advance, rate, slope, acceleration, jerk, in_step, mobility = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -ring.mobility
     for j in range(m):
         g = a * table[i, j, 0] + b * table[i, j, 1] + c * table[k, j, 0] + d * table[k, j, 1]
         g_u = e * (table[i, j, 0] - table[k, j, 0]) + f * table[i, j, 1] + h * table[k, j, 1]
         x, y = state[j], state[m + j]
         along[j] = g
         advance, rate, slope = advance + g * x, rate + g * y, slope + g_u * x
-        spring = g * stiffness[j]
+        spring, mobility = g * stiffness[j], mobility + g * g / masses[j]
         acceleration, jerk = acceleration + spring * x / masses[j], jerk + spring * y / masses[j]
         yielding = masses[j] + steps.deflection * stiffness[j] + steps.rate * damping[j]
         in_step = in_step + (spring * x + g * damping[j] * y) / yielding
     by_phase = ring.pitch * slope
-    return Flexed(advance, rate + by_phase * motion.phase_rate, by_phase, acceleration, jerk, in_step)
+    return Flexed(advance, rate + by_phase * motion.phase_rate, by_phase, mobility, acceleration, jerk, in_step)
 
 
 @compiled

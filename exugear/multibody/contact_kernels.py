@@ -143,9 +143,10 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
 @compiled
 def beside_ring(state, beside, rim):
     """`Beside` the mesh with the springs of the modes of an elastic ring, `Flexed`."""
-    lag = state.steps.lag
+    lag, force = state.steps.lag, state.steps.last_force
     by_bearings, lag_rate = beside.by_bearings + rim.in_step, beside.lag_rate - lag * rim.jerk
-    return Beside(beside.imposed_rate, by_bearings, lag_rate, beside.held - lag * rim.acceleration)
+    held = beside.held + lag * (rim.mobility * force - rim.acceleration)
+    return Beside(beside.imposed_rate, by_bearings, lag_rate, held)
 
 
 @compiled

@@ -86,7 +86,9 @@ def ring_in_mesh(rings: Mapping[str, BuiltRing], gearbox: Gearbox, number: int) 
     pitch = 2 * np.pi / abs(stage.pair.wheel.z)
     record.start = spacings(gearbox.ring_angles[number] - pitch * gearbox.phases[number], points)
     record.pitch = spacings(pitch, points)
-    return RingInMesh(built.node, record, tuple(arrays.values()), elastic.flanks)
+    ring = RingInMesh(built.node, record, tuple(arrays.values()), elastic.flanks)
+    record.mobility = float(row_on_ring(ring, gearbox.phases[number]) ** 2 @ (1 / elastic.masses))
+    return ring
 
 
 def row_on_ring(ring: RingInMesh, phase: float) -> np.ndarray:

@@ -305,6 +305,9 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
             displacements = slice(spin - len(components), spin)
             by_displacement[components] = on_body(system, built.stage, shaft, train.stiffness @ accelerations)
             holding = holding - forces_on_bodies[:, displacements] @ accelerations[displacements] / mobility
+    if built.stage.slow.name in system.rings:
+        amplitudes = system.rings[built.stage.slow.name].indices
+        holding = holding - forces_on_bodies[:, amplitudes] @ accelerations[amplitudes] / mobility
     of_stage = {field.name: getattr(built, field.name) for field in fields(BuiltMesh)} | {"row": train.rows[i]}
     return Mesh(
         **of_stage,
