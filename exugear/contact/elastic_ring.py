@@ -1,9 +1,9 @@
 """A ring whose rim vibrates in modes: what their amplitudes add to the motion along the line of action, and back.
 
-Where a mode displaces the flank of the ring by g(phase) per amplitude a, the advance of the pinion is smaller by g a. By
-virtual work the mesh force F is a force F g on the amplitude, and a torque F g' a on the phase, so that the mesh with its
-ring conserves energy at any position. g runs around the ring with the mesh; between its values stand cubic polynomials
-with their slopes, whose derivative is exact.
+Where a mode displaces the flank of the ring by g(phase) per amplitude a, the advance of the pinion is smaller by g a.
+By virtual work the mesh force F is a force F g on the amplitude, and a torque F g' a on the phase, so that the mesh
+with its ring conserves energy at any position. g runs around the ring with the mesh; between its values stand cubic
+polynomials with their slopes, whose derivative is exact.
 """
 
 from math import pi
@@ -21,9 +21,11 @@ from fem.support.numba_cache import compiled
 #: The ring in a mesh. Numbers of modes and of values around the ring; addresses of g and its slope per spacing
 #: (2, points, modes, 2), of the driving and the coast flank, of modal masses, stiffnesses and damping (modes), of room
 #: for amplitudes and rates (2 modes), and for g here (modes) and forces (modes); position of the mesh on the ring at
-#: phase 0 and its change per pitch, in spacings; sum of g^2 over the modal masses in the reference configuration [1/kg].
+#: phase 0 and its change per pitch, in spacings; sum of g^2 over the modal masses in the reference configuration
+#: [1/kg].
 RING = record_type(
-    *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping", "state", "along", "forces")),
+    *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping")),
+    *((name, "i8") for name in ("state", "along", "forces")),
     *((name, "f8") for name in ("start", "pitch", "mobility")),
 )
 ring_at = reader(RING)
@@ -34,7 +36,8 @@ class Flexed(NamedTuple):
 
     advance, rate   by which they let the pinion's advance lag [m, m/s]
     by_phase        slope of the advance by the phase [m]
-    mobility        acceleration of the advance per mesh force by the modes alone [1/kg], less that in the reference configuration
+    mobility        acceleration of the advance per mesh force by the modes alone, less that in the reference
+                    configuration [1/kg]
     acceleration    of the advance by the stiffness of the modes [m/s^2]
     jerk            its change per time [m/s^3]
     in_step         acceleration by their stiffness and damping in a step of the integrator [m/s^2]

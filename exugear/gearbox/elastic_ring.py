@@ -16,7 +16,10 @@ from fem.support.validation import require
 FLANKS = "left_flank", "right_flank"
 MODE, AT = "ring_mode", "at"
 #: What `fem.ring_modes` returns, with its axes.
-NEEDED = {"frequency": (MODE,), "turning": (MODE,), **dict.fromkeys(("radial", "tangential", *FLANKS), (MODE, AT))}
+NEEDED = {
+    **dict.fromkeys(("frequency", "lobes", "turning"), (MODE,)),
+    **dict.fromkeys(("radial", "tangential", *FLANKS), (MODE, AT)),
+}
 
 
 def check_ring_modes(name: str, value) -> None:

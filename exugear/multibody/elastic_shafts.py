@@ -173,7 +173,7 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
 def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     """Add the object with the matrices that bodies lack, the linear bearings among them, the end free."""
     elastic, recorder = built.elastic, built.recorder
-    n, polar = elastic.size, elastic.polar_matrix.copy()
+    polar = elastic.polar_matrix.copy()
     for i, body in enumerate(inertias_of_bodies(elastic) if elastic.spatial else ()):
         polar[6 * i + 3, 6 * i + 4] -= body.inertia
         polar[6 * i + 4, 6 * i + 3] += body.inertia

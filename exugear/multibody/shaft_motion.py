@@ -219,7 +219,7 @@ def _reactions(model: Model) -> dict[str, Any]:
 
 
 def _torque_of_housing(model: Model, shaft: Shaft) -> np.ndarray:
-    """(n,) torque of the housing on a held shaft about z [N m]: an elastic ring turns on its supports as it vibrates."""
+    """(n,) torque of the housing on a held shaft about z [N m]; elastic rings turn on their supports."""
     torque = -mesh_torque(model, shaft)
     if ring := model.rings.get(shaft.name):
         meshes = [(i, mesh) for i, mesh in enumerate(model.meshes) if mesh.stage.slow.name == shaft.name]

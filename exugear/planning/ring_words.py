@@ -24,19 +24,19 @@ def words_of_ring(of_set: Planetary) -> str:
         if table is None:
             return CLAMPED
         share = _largest_between(table, of_set) / compliance
-        left_out = f"skipped: through the rim of its ring another planet deflects a mesh by up to {share:.2%} of what its"
-        return f"{left_out} own force does (static)" + (f"; {ADVICE}" if share > WORTH else "")
+        left_out = f"skipped: through the rim of its ring another planet deflects a mesh by up to {share:.2%} of what"
+        return f"{left_out} its own force does (static)" + (f"; {ADVICE}" if share > WORTH else "")
     low, high = (float(modes["frequency"][i]) for i in (0, -1))
     compliance += float(modes["flexibility"].mean())
     shares = [_largest_between(modes[name].values, of_set) / compliance for name in ("cross", "cross_left_out")]
     held = float((modes["flexibility"] / modes["bending"]).min())
     lowest = modes["lobes"].values[0]
+    number, ratio = modes.sizes["ring_mode"], of_set.ring_damping_ratio
     return "; ".join([
-        f"its ring vibrates in {modes.sizes['ring_mode']} modes of {low:.4g} to {high:.4g} Hz (the first of {lowest} lobes), "
-        f"damping ratio {of_set.ring_damping_ratio:g}, which hold {held:.2%} of the bending of its rim and more, the map "
-        "the rest",
-        f"another planet deflects a mesh by up to {shares[0]:.2%} of what its own force does, of which the modes leave out "
-        f"{shares[1]:.2%} of what its own force does",
+        f"its ring vibrates in {number} modes of {low:.4g} to {high:.4g} Hz (the first of {lowest} lobes), damping "
+        f"ratio {ratio:g}, which hold {held:.2%} of the bending of its rim and more, the map the rest",
+        f"another planet deflects a mesh by up to {shares[0]:.2%} of what its own force does, of which the modes leave "
+        f"out {shares[1]:.2%}",
     ])  # fmt: skip
 
 
@@ -53,4 +53,3 @@ def _largest_between(table: np.ndarray, of_set: Planetary) -> float:
     apart = np.subtract.outer(angles, angles)[~np.eye(angles.size, dtype=bool)]
     around = 2 * pi * np.arange(len(table) + 1) / len(table)
     return float(np.abs(np.interp(apart % (2 * pi), around, np.append(table, table[0]))).max(initial=0.0))
-

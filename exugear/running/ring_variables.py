@@ -23,7 +23,8 @@ def ring_variables(model: Model, number: int) -> dict[str, Any]:
     motions = [ring.motion(number) for ring in rings]
     names = [ring.elastic.name for ring in rings for _ in range(ring.elastic.number)]
     amplitudes, rates = (np.concatenate(parts, axis=1).T for parts in zip(*motions, strict=True))
-    each = {"frequency": "natural frequency of the ring alone", "turning": "inertia moment about the axis of the ring"}
+    each = {"frequency": "natural frequency of the ring alone", "lobes": "waves around the ring"}
+    each |= {"turning": "inertia moment about the axis of the ring"}
     variables: dict[str, Any] = {
         "ring_amplitude": ((MODE, "time"), amplitudes, {"units": "m kg^0.5", "long_name": "amplitude of a ring mode"}),
         "ring_rate": ((MODE, "time"), rates, {"units": "m/s kg^0.5", "long_name": "rate of a ring mode"}),
@@ -57,5 +58,7 @@ def ring_of_run(data: xr.Dataset, name: str) -> tuple[ElasticRing, xr.Dataset] |
     of_ring = data.isel({MODE: np.flatnonzero(data[RING].values == name)})
     ratios = np.unique(of_ring["ring_damping_ratio"].values)
     require(ratios.size == 1, f"run must have one damping ratio for the modes of {name!r}, got {ratios}")
-    modes = xr.Dataset({x: of_ring[f"ring_{x}"] for x in ("frequency", "turning", *AROUND)}).rename({RING_AT: AT})
+    modes = xr.Dataset({x: of_ring[f"ring_{x}"] for x in ("frequency", "lobes", "turning", *AROUND)}).rename(
+        {RING_AT: AT}
+    )
     return ElasticRing(name, modes, float(ratios[0])), of_ring

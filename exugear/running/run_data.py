@@ -116,8 +116,8 @@ def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
 
 def _beside_meshes(model: Model) -> list[BodyRecorder]:
     """The recorders of pins, elastic shafts and elastic rings."""
-    elastic = [*model.elastics.values(), *model.rings.values()]
-    return [*(pin.recorder for pin in model.pins), *(built.recorder for built in elastic)]
+    of_shafts, of_rings = ([x.recorder for x in built.values()] for built in (model.elastics, model.rings))
+    return [*(pin.recorder for pin in model.pins), *of_shafts, *of_rings]
 
 
 def keep_valid(

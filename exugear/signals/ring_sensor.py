@@ -61,10 +61,10 @@ class RingSensor:
     angle       of the sensor about the axis of the ring from x, counter-clockwise about z [rad], while the ring stands
                 in the reference configuration; the sensor turns with the ring
     influence   None for a run whose ring has modes, `Planetary(ring_modes=...)`: the sensor moves with them, by inertia
-                too. Else displacement [m/N] by a unit mesh force: the dataset of `fem.ring_deflection`, with `mesh` and `at` all
-                around the ring, from which radial and tangential displacements are interpolated; or, of a ring that is
-                the same all around, a function (n,) -> (n,) of the angle from the mesh to the sensor, counter-clockwise
-                about z [rad]
+                too. Else displacement [m/N] by a unit mesh force: the dataset of `fem.ring_deflection`, with `mesh` and
+                `at` all around the ring, from which radial and tangential displacements are interpolated; or, of a ring
+                that is the same all around, a function (n,) -> (n,) of the angle from the mesh to the sensor,
+                counter-clockwise about z [rad]
     direction   "radial", > 0 outwards, or "tangential", > 0 counter-clockwise; a function has its own
     quantity    "displacement", or by the modes of the ring "velocity" or "acceleration"
 
@@ -147,7 +147,8 @@ class RingSensor:
     def _influence_on(self, first: "RingMesh") -> Callable[[np.ndarray], np.ndarray]:
         """Influence [m/N] of a mesh by its position about z [rad]; first: the mesh by which the teeth are counted."""
         if not isinstance(self.influence, xr.Dataset):
-            return lambda position: np.asarray(self.influence(self.angle - position), float)  # type: ignore[operator]
+            function: Any = self.influence
+            return lambda position: np.asarray(function(self.angle - position), float)
         table = self.influence[self.direction].transpose(AT, MESH)
         at_rim = first.on_ring(np.array(self.angle)) + first.half_tooth
         by_mesh = _around(table[AT].values, table.values)(at_rim)

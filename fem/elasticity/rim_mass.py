@@ -1,9 +1,9 @@
 """Mass of a ring over the harmonics of the displacement of its rim.
 
-The inside follows the outside of the rim as in statics (Guyan, AIAA J. 3, 1965), in plane strain and the same across the
-face width: of displacements that the whole width shares only their shape matters for the mass. One pitch stands for the
-ring, as in `rim_harmonics`. Rigid motions of the rim move the ring as a rigid body, so that its mass and its inertia
-about its axis are those of the finite elements.
+The inside follows the outside of the rim as in statics (Guyan, AIAA J. 3, 1965), in plane strain and the same across
+the face width: for the mass the shape of the displacement matters alone. One pitch stands for the ring, as in
+`rim_harmonics`. Rigid motions of the rim move the ring as a rigid body, so that its mass and its inertia about its axis
+are those of the finite elements.
 """
 
 from math import cos, pi, sin
@@ -22,20 +22,20 @@ from fem.support.blas_threads import one_thread
 
 @one_thread()
 def rim_mass(gear: Gear, density: Density) -> np.ndarray:
-    """(2, 2 N + 1, 2, 2 N + 1) mass [kg] over component and 1, cos n angle, sin n angle, as `rim_harmonics` orders them.
+    """(2, 2 N + 1, 2, 2 N + 1) mass [kg] over component and 1, cos n angle, sin n angle, as in `rim_harmonics`.
 
     Components of the displacement of the rim are along the circumference and radially outwards.
     """
     section, z, highest = pitch_section(gear, density), abs(gear.z), number_of_harmonics(gear)
-    stiffness = extruded_elasticity.uniform_stiffness(section, gear.material)
-    mass = _mass(section, gear)
+    in_plane = sp.csc_matrix(extruded_elasticity.uniform_stiffness(section, gear.material).matrix)
+    of_component = _mass(section, gear)
     rim = np.flatnonzero(section_mesh.on_hub(gear, section))
     inside = np.ones(section.N, bool)
     inside[rim] = False
     lines = [radial_line(gear, section, inside, angle) for angle in (-pi / gear.z, pi / gear.z)]
     kept = np.concatenate([*lines, rim])
     boundary = np.concatenate([kept, section.N + kept])
-    stiffness, mass = _condensed(sp.csc_matrix(stiffness.matrix), sp.csc_matrix(sp.block_diag([mass, mass])), boundary)
+    stiffness, mass = _condensed(in_plane, sp.csc_matrix(sp.block_diag([of_component] * 2)), boundary)
     turned = _axes_of_lines(gear, [line.size for line in lines], rim.size)
     stiffness, mass = turned.T @ stiffness @ turned, turned.T @ mass @ turned
     x, y = section.doflocs[:, rim]

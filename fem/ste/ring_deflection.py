@@ -93,7 +93,7 @@ def ring_deflection(
 
 
 def cross_compliance(pair: GearPair, compliance: Compliance) -> np.ndarray:
-    """(POSITIONS,) te that a unit mesh force causes in a mesh at evenly spaced angles further on a supported ring [m/N].
+    """(POSITIONS,) te by a unit mesh force of another mesh, at evenly spaced angles on a supported ring [m/N].
 
     On left flanks; of all positions of both meshes the one with the largest magnitude. At 0 it is the compliance of a
     flank by the bending of the rim.

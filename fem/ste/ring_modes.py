@@ -1,9 +1,9 @@
 """Vibration modes of a ring on its supports, and the map that is left when a model holds them as coordinates.
 
 Stiffness and mass over the harmonics of the displacement of the rim are those of its finite elements, the stiffness the
-one from which maps have their bending rim. So a mode takes the flexibility g^2 / omega^2 out of the compliance of a mesh,
-with its displacement g of the flank along the line of action: map and coordinates together hold it once. What the modes
-leave out, the flexibility of higher ones, stays in the map.
+one from which maps have their bending rim. So a mode takes the flexibility g^2 / omega^2 out of the compliance of a
+mesh, with its displacement g of the flank along the line of action: map and coordinates together hold it once. What the
+modes leave out, the flexibility of higher ones, stays in the map.
 """
 
 from math import ceil, log2, pi
@@ -13,7 +13,7 @@ import scipy
 import xarray as xr
 
 from fem.contact.resolution import Resolution, Slices
-from fem.elasticity.flank_compliance import Compliance, flank_compliance
+from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.rim_bending import RADIAL, TANGENTIAL, RimBending
 from fem.elasticity.rim_mass import rim_mass
 from fem.pair.offsets import Offsets
@@ -66,7 +66,7 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
     held = "pair must have a ring whose rim is on fem.Bolts or a fem.Bush"
     require(bool(pair.wheel.support), f"{held}, got {pair.wheel}; give the ring a support=")
     gear, density, compliance = _ring(pair, resolution or Resolution())
-    rim: RimBending = compliance.rim  # type: ignore[assignment]
+    rim: RimBending = compliance.rim
     size, highest = len(rim.lower), len(rim.flank) - 1
     most = f"number must be a number of modes in [1, {size}], got {number}"
     require(1 <= number <= size, most)
@@ -155,7 +155,7 @@ def _ring(pair: GearPair, resolution: Resolution | Slices):
 
 
 def _eigenmodes(lower: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Angular frequencies (n,), rising, and shapes (n, n) of modal mass 1, from the Cholesky factor of the stiffness."""
+    """Angular frequencies (n,), rising, and shapes (n, n) of modal mass 1; lower: Cholesky factor of the stiffness."""
     half = scipy.linalg.solve_triangular(lower, mass, lower=True)
     squares, vectors = np.linalg.eigh(scipy.linalg.solve_triangular(lower, half.T, lower=True))
     shapes = scipy.linalg.solve_triangular(lower, vectors[:, ::-1], lower=True, trans="T")
@@ -173,4 +173,3 @@ def _lobes(waves: np.ndarray) -> np.ndarray:
     shares = np.sum(np.abs(waves) ** 2, axis=0)
     shares[0] *= 2
     return np.argmax(shares, axis=0)
-

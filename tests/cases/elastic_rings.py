@@ -60,7 +60,10 @@ def set_on_ring(support=BUSH, *, modes: bool = True, **options) -> exugear.Plane
         "ring": exugear.Shaft("ring", {0.0: ring_pair(support).wheel}),
         "carrier": exugear.Shaft("carrier", {}, inertia=2e-3, mass=1.0),
     }
-    meshes = {"sun_mesh": replace(waving_law(0.1, damping=3e3), backlash=50 * um), "sun_pair": fem.GearPair(sun, of_planet, a=45.0 * mm)}
+    meshes = {
+        "sun_mesh": replace(waving_law(0.1, damping=3e3), backlash=50 * um),
+        "sun_pair": fem.GearPair(sun, of_planet, a=45.0 * mm),
+    }
     given = {"ring_mesh": ring_map(support), "damping": 3e3} | ({"ring_modes": ring_modes(support)} if modes else {})
     return exugear.Planetary(**shafts | meshes | given | options)
 
