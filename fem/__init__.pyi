@@ -31,6 +31,7 @@ from .ste.crack import crack
 from .ste.inputs import UpTo
 from .ste.ring_angle import over_pitches
 from .ste.ring_deflection import ring_deflection
+from .ste.ring_modes import ring_modes, without_ring_modes
 from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.tooth_pairs import tooth_pair_map
@@ -91,6 +92,7 @@ __all__ = [
     "peak_to_peak",
     "pitch_chart",
     "ring_deflection",
+    "ring_modes",
     "root_stress",
     "save",
     "section",
@@ -101,5 +103,6 @@ __all__ = [
     "te_harmonics",
     "tooth_pair_map",
     "units",
+    "without_ring_modes",
     "wobble",
 ]

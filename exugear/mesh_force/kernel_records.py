@@ -10,6 +10,7 @@ from llvmlite import ir
 from numba import carray, from_dtype, types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numba.np.unsafe import ndarray
 
 from fem.support.numba_cache import compiled
 
@@ -103,4 +104,6 @@ def _stack_of(typing_context, number):
 start_of: Any = intrinsic(_start_of)
 stack_of: Any = intrinsic(prefer_literal=True)(_stack_of)
 put_all: Any = intrinsic(_put_all)
+#: The function for kernels: (array, n) -> its n floats as a tuple.
+as_tuple: Any = ndarray.to_fixed_tuple
 doubles_at, floats_at = pointer_to(types.float64), pointer_to(types.float32)

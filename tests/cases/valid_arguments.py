@@ -10,6 +10,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 import xarray as xr
 from coupled_sets import ravigneaux
+from elastic_rings import ring_map, ring_modes
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
@@ -240,6 +241,9 @@ def by_name() -> dict[str, Any]:
         "local.distance": mm, "start.friction": True, "start.zeroed": True,
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
+        "ring_modes.pair": thin_ring_pair(bolted()), "ring_modes.resolution": COARSE, "ring_modes.number": 4,
+        "without_ring_modes.ste": ring_map(), "without_ring_modes.modes": ring_modes(), "Planetary.ring_modes": None,
+        "RingSensor.quantity": "displacement", "ring_damping_ratio": 0.01,
         "planetary_phases.pitches": 1, "RingSensor.influence": np.cos, "RingSensor.angle": 0.5,
         "RingSensor.direction": "radial",
         "RingSensor.signal.run": run_of_a_set(), "RingSensor.signal.ring": "ring",

@@ -9,6 +9,7 @@ import numpy as np
 import parameter_variation
 import planet_phasing
 import pytest
+import ring_that_bends
 import run_report
 import shuttling
 import steady_states
@@ -129,3 +130,11 @@ def test_a_displaced_pin_fills_the_orders_between_those_that_equal_planets_excit
     assert equal["level"].sel(order=93) == 0 and equal["level"].sel(order=[90, 96]).values == pytest.approx(-6, abs=0.1)
     assert unequal["mean_amplitude"].values[~passes].min() > 1000 * equal["mean_amplitude"].values[~passes].max()
     assert unequal["cause"].sel(order=92).item().startswith("once per turn of carrier or ring")
+
+
+@pytest.mark.slow
+def test_a_ring_on_bolts_hears_three_planets_at_every_third_order(tmp_path):
+    lines = ring_that_bends.main(tmp_path, quick=True)
+    passes, others = ([x for order, x in lines.items() if (order % 3 == 0) is wanted] for wanted in (True, False))
+    assert max(others) < 0.05 * max(passes)
+    assert min(lines[96], lines[102]) > lines[99]
