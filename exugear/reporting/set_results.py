@@ -19,12 +19,8 @@ from exugear.plots.set_plots import (
     plot_side_bands,
 )
 from exugear.reporting.document import Figure, Section, Table, embedded
-<<<<<<< HEAD
-from exugear.running.set_data import SetData, carriers_of_run, planetary_sets
-=======
 from exugear.running.ring_variables import ring_of_run
-from exugear.running.set_data import SetData, planetary_sets
->>>>>>> ring
+from exugear.running.set_data import SetData, carriers_of_run, planetary_sets
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.side_bands import force_seen_from_ring, lines_of
 from exugear.signals.signal import speed_of_shaft
