@@ -11,6 +11,7 @@ import planet_phasing
 import pytest
 import run_report
 import shuttling
+import side_bands
 import steady_states
 import tip_relief
 import wind_turbine
@@ -129,3 +130,14 @@ def test_a_displaced_pin_fills_the_orders_between_those_that_equal_planets_excit
     assert equal["level"].sel(order=93) == 0 and equal["level"].sel(order=[90, 96]).values == pytest.approx(-6, abs=0.1)
     assert unequal["mean_amplitude"].values[~passes].min() > 1000 * equal["mean_amplitude"].values[~passes].max()
     assert unequal["cause"].sel(order=92).item().startswith("once per turn of carrier or ring")
+
+
+@pytest.mark.slow
+def test_side_bands_and_ghost_of_a_real_pinion_are_those_of_its_transmission_error(tmp_path):
+    orders = side_bands.main(tmp_path, quick=True)
+    alike, real = (np.array(orders[name]) for name in ("teeth alike", "real pinion"))
+    numbers = list(side_bands.ORDERS)
+    assert real[1, numbers] == pytest.approx(real[0, numbers], rel=0.03, abs=0.01 * um)
+    assert real[1, 1] == pytest.approx(side_bands.RUN_OUT, rel=0.1)
+    assert real[1, side_bands.GHOST] == pytest.approx(side_bands.WAVE, rel=0.15)
+    assert (alike[1, [1, 22, 24, side_bands.GHOST]] < 0.01 * um).all()
