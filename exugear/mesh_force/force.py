@@ -257,8 +257,8 @@ class MeshForce:
         given |= {"back_phase": pair.back_phase, "pitches": lcm(*deviating_teeth(pair))}
         given |= {"coast_unlike": "" if coast is not None else why_unlike(pairs), "fixed_offsets": fixed_axial(pairs)}
         if coast is not None:
-            given["coast"] = cls._composed(tooth_pairs_of(coast, cls), {"pitches": given["pitches"]})
-        law = cls._composed(tooth_pairs_of(pairs, cls), given)
+            given["coast"] = cls.composed_of(tooth_pairs_of(coast, cls), pitches=given["pitches"])
+        law = cls.composed_of(tooth_pairs_of(pairs, cls), **given)
         phase, loads = pairs["phase_check"].values, pairs["torque_check"].values / pair.pinion.r_b
         if not phase.size:
             return law
@@ -269,8 +269,8 @@ class MeshForce:
         return replace(law, teeth=replace(law.teeth, **errors))
 
     @classmethod
-    def _composed(cls, teeth: ToothPairs, given: Mapping[str, Any]) -> "MeshForce":
-        """The law of tooth pairs, with its law of teeth that are alike."""
+    def composed_of(cls, teeth: ToothPairs, **given) -> "MeshForce":
+        """The law of tooth pairs, with its table of teeth that are alike; given: further fields, such as pitches."""
         bare = {"offsets": teeth.single.offsets, "fixed_offsets": given.get("fixed_offsets", {})}
         reach = np.array([0.0, um])
         shape = tuple(axis.size for axis in teeth.single.offsets.values())

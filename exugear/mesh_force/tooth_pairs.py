@@ -20,6 +20,8 @@ STEPS, INCREMENT_LOADS = 128, 21
 #: Loads of a single tooth pair: least over the lowest of the map, how many below it and up to the largest one, and from
 #: there to this multiple of it, along the last stiffness.
 LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
+#: Unloaded deflection of a single tooth pair up to which it is on the path of contact [m].
+TOUCHING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +68,13 @@ class ToothPairs:
     @property
     def proud(self) -> float:
         """Least sum of deviations of two teeth that meet [m]: < 0 where they stand proud."""
-        least = [pitch.min() for pitch in (self.pitch_1, self.pitch_2)]
-        increments = self.increments[..., 0].min(initial=0.0) if self.increments.size else 0.0
-        return float(sum(least) + increments)
+        least = float(self.pitch_1.min() + self.pitch_2.min())
+        if not self.increments.size:
+            return least
+        touches = self.single.deflection[..., 0].reshape(-1, self.single.phase.size).min(axis=0)
+        place = self.placed_first + np.arange(self.increments.shape[1]) / self.placed_steps
+        on_path = np.interp(place, self.first + self.single.phase, touches) < TOUCHING
+        return least + float(self.increments[:, on_path, 0].min(initial=0.0))
 
     def without_deviations(self) -> "ToothPairs":
         """Tooth pairs that are all alike."""

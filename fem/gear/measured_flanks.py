@@ -33,7 +33,8 @@ def pitch_chart(path: FilePath, gear: Gear) -> PitchDeviation:
     given = [name for name in ("removed", "single_pitch") if name in table]
     require(len(given) == 1, f"{path} must hold one of the columns removed and single_pitch, got {given}; remove one")
     teeth, z = table["tooth"], abs(gear.z)
-    require(bool((teeth % 1 == 0).all()), f"{path}: tooth must be whole numbers, got {teeth[teeth % 1 != 0][0]:g}")
+    broken = teeth[teeth % 1 != 0]
+    require(not broken.size, f"{path}: tooth must be whole numbers, got {broken[:1]}")
     first = int(teeth.min())
     require(first in (0, 1), f"{path}: teeth must be numbered from 0 or 1 on, got {first} as the least")
     missing = sorted({*range(first, first + z)} - {*teeth.astype(int).tolist()})

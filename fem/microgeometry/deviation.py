@@ -109,8 +109,9 @@ class Waviness:
     amplitude   along the normal in the transverse section [m]
     angle       [rad]
 
-    The transmission error has that order with this amplitude while the curvature amplitude (order / r_b)^2 of the
-    crests is small beside that of the flanks, 1 / rho_1 + 1 / rho_2; else only crests touch, and it is less.
+    The transmission error has that order with this amplitude while the curvature amplitude (order / rho_1)^2 of the
+    crests is small beside that of the flanks, 1 / rho_1 + 1 / rho_2, with the radii of curvature rho at the contact; else
+    only crests touch, and it is less.
 
     Raises ValueError for values out of range.
     """

@@ -55,6 +55,8 @@ CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
 KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 8, 0.3
 #: Least length of a part of the path between kinks [pitches].
 SHORTEST_PART = 0.004
+#: Gap beyond the path up to which tooth pairs may touch [m].
+FURTHEST_GAP = 1e-3
 #: Steps in a pitch at which increments are given.
 INCREMENT_STEPS = 128
 POSITION, DISTANCE, INCREMENT_TORQUE = "position", "distance", "increment_torque"
@@ -91,10 +93,16 @@ class SinglePair:
         contact = self.contact(position)
         misalignment = self.model.misalignment(contact.position.alpha).ravel()
         force, angle = np.broadcast_arrays(self.forces[:, None], misalignment)
+        loads = force.ravel(), angle.ravel()
         with one_thread():
-            by_slices = isinstance(self.model.resolution, Slices)
-            solve = contact.slice_quantities if by_slices else contact.strip_quantities
-            states = solve(force.ravel(), angle.ravel())
+            try:
+                by_slices = isinstance(self.model.resolution, Slices)
+                states = (contact.slice_quantities if by_slices else contact.strip_quantities)(*loads)
+            except RuntimeError:
+                if position.candidates is None or by_slices:
+                    raise
+                # far beyond the path, light loads at tip corners: strips are finer than the contact is known
+                states = contact.slice_quantities(*loads)
         return np.array([states[name].reshape(force.shape) for name in (TE, STIFFNESS, CENTROID)])
 
 
@@ -159,7 +167,7 @@ def tooth_pair_map(
     model = ContactModel(pair, values, resolution or Resolution())
     bodies, slices = compliances_of(pair, model.offsets, model.resolution)
     nominal = SinglePair(replace(model, pair=alike), bodies, slices, force * np.append(0.0, LOADS))
-    parts = parts_of_path(alike, float(values["a"].min()))
+    parts = within_reach(nominal, parts_of_path(alike, float(values["a"].min())))
     with shown(progress):
         position = knots(parts, HELICAL_KNOTS if pair.beta_b else KNOTS)
         states = _solved(nominal, position, executor, "single tooth pairs")
@@ -210,6 +218,20 @@ def parts_of_path(pair: GearPair, a: float) -> np.ndarray:
     distinct = inside[np.append(True, np.diff(inside) > SHORTEST_PART)]
     distinct[-1] = end
     return np.concatenate([[start - BEYOND], distinct, [end + BEYOND]])
+
+
+def within_reach(single: SinglePair, parts: np.ndarray) -> np.ndarray:
+    """The parts with the outermost positions so near to the path that the flanks there are within a millimetre."""
+    a, axial = (float(single.model.offsets[name].max()) for name in ("a", "axial"))
+
+    def furthest(end: float, beyond: float) -> float:
+        for share in np.linspace(1, 0.1, 10):
+            position = end + share * (beyond - end)
+            if abs(single.contact(single.at(a, axial, position)).first_touch(0.0)) < FURTHEST_GAP:
+                return float(position)
+        raise ValueError(f"flanks do not meet beside the path of contact at {end:.3g} pitches; check tips and offsets")
+
+    return np.concatenate([[furthest(parts[1], parts[0])], parts[1:-1], [furthest(parts[-2], parts[-1])]])
 
 
 def knots(parts: np.ndarray, in_pitch: int) -> np.ndarray:
@@ -319,6 +341,7 @@ def _increments(
         flanks[number] = list(flank)
         with_tooth = _with_flanks(model.pair, *flanks)
         of_tooth = parts_of_path(with_tooth, float(model.offsets["a"].min()))
+        of_tooth = np.concatenate([parts[:1], of_tooth[1:-1], parts[-1:]])
         at = knots(of_tooth, INCREMENT_KNOTS)
         if at.tobytes() not in without:
             base = f"tooth pairs without that of the {GEARS[number]}"
