@@ -122,6 +122,8 @@ def without_ring_modes(ste: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     Raises ValueError for modes of another pair, maps over the ring angle, and where te would not grow with the torque.
     """
     data, pair = check(ste), pair_of(ste)
+    missing = [name for name in ("frequency", LEFT, RIGHT) if name not in modes or MODE not in modes[name].dims]
+    require(not missing, f"modes must be what fem.ring_modes returns, they lack {missing}")
     of_modes = pair_of(modes)
     require(pair == of_modes, "modes must be fem.ring_modes of the pair of ste, got those of another pair")
     require(RING_ANGLE not in data[TE].dims, f"ste has the axis {RING_ANGLE}; pass fem.over_pitches(ste)")
