@@ -317,8 +317,9 @@ class Gearbox:
         for each in sets:
             sun, ring = (numbers[id(stage)] for stage in each.stages[:2])
             step = {"step_angle": each.step_angle[0], "tooth": each.teeth[0]}
-            pairs = (stage.pair for stage in each.stages[:2])
-            stepped.append(SteppedPlanet(sun, ring, partial(ring_phase, *pairs, **step)))
+            at_sun, at_ring = (stage.pair for stage in each.stages[:2])
+            ring_phase_of = partial(ring_phase, at_sun, at_ring, **step)  # type: ignore[arg-type]
+            stepped.append(SteppedPlanet(sun, ring, ring_phase_of))
         return stepped
 
     def _check_names(self) -> None:

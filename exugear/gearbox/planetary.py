@@ -374,7 +374,9 @@ class Planetary:
         """Stages of each planet with sun and ring."""
         pairs: dict[str, list[Any]] = {
             "sun": [_with_gear_of(planet, self.sun_pair, "wheel", self._axial) for planet in planets],
-            "ring": [_with_gear_of(planet, self.ring_pair, "pinion", self._axial_at_ring(planet)) for planet in planets],
+            "ring": [
+                _with_gear_of(planet, self.ring_pair, "pinion", self._axial_at_ring(planet)) for planet in planets
+            ],
         }
         maps = MapsOfPlanets({"sun": sun_meshes, "ring": ring_meshes}, pairs, self.damping, self.damping_ratio)
         ends = [

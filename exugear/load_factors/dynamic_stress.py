@@ -165,7 +165,8 @@ def _check_same_pair(stresses: xr.Dataset, pair: GearPair, label: str) -> None:
 
 def _check_pitches(table: StressMap, pitches: int, label: str) -> None:
     """ValueError unless the stresses run over as many pitches as the force law of the stage, or neither has several."""
-    over = f"stresses run over {table.pitches} pitch{'es' * (table.pitches > 1)}, the law of stage {label!r} over {pitches}"
+    of_map = f"{table.pitches} pitch{'es' * (table.pitches > 1)}"
+    over = f"stresses run over {of_map}, the law of stage {label!r} over {pitches}"
     phases = f"phases=np.arange({pitches} * 12) / 12"
     teeth = f"its teeth differ, and so do their stresses; pass fem.root_stress(pair, torques, {phases})"
     bolts = "of a ring that bends between bolts they differ along it, which fem.root_stress tells for a ring_angle each"

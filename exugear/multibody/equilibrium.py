@@ -171,8 +171,10 @@ def _shared_among_planets(
 
     Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Where planets
     move on pins, or turn about axes that lie beside their carrier's, the deflections of the next iteration are those at
-    the coordinates of this one: to first order alone they miss more than light loads press. Also returns the names of planets, and of other members beside pins, that
-    carry nothing, each turned to the middle between the gears that it meshes with.
+    the coordinates of this one: to first order alone they miss more than light loads press.
+
+    Also returns the names of planets, and of other members beside pins, that carry nothing, each turned to the middle
+    between the gears that it meshes with.
     """
     box = model.gearbox
     torques = _torques_at_start(model, conditions, motion_of(model, accelerations))
@@ -245,7 +247,10 @@ def _middle_of_gaps(limits: Sequence[tuple[float, float]], slopes: np.ndarray) -
     limits   gap between the flanks and deflection of the driving one of each mesh [m]
     slopes   of the deflections by the angle [m/rad]
     """
-    ends = [sorted([-deflection / slope, (-gap - deflection) / slope]) for (gap, deflection), slope in zip(limits, slopes)]
+    ends = [
+        sorted([-deflection / slope, (-gap - deflection) / slope])
+        for (gap, deflection), slope in zip(limits, slopes.tolist(), strict=True)
+    ]
     low, high = max(end[0] for end in ends), min(end[1] for end in ends)
     if isfinite(low) and isfinite(high):
         return (low + high) / 2

@@ -38,8 +38,8 @@ from fem.support.validation import require
 #: of the carrier; vector from the carrier's to the planet's centre in the reference configuration [m]; tilts of both
 #: there [rad]. Radial, axial, tilting and coupling stiffness [N/m, N/m, N m/rad, N/rad] and damping, as often times s.
 #: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
-#: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. lag of the velocities
-#: of the integrator [s^2] (`exugear.planning.integrator_and_step.Rule.lag`).
+#: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. lag: of the
+#: velocities of the integrator [s^2] (`exugear.planning.integrator_and_step.Rule.lag`).
 PIN = record_type(
     *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
     *(("carrier_tilts", "f8", 2), ("planet_tilts", "f8", 2), ("stiffness", "f8", 4), ("damping", "f8", 4)),

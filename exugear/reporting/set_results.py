@@ -52,7 +52,10 @@ def _coupled_section(data: xr.Dataset, carrier: str) -> Section:
     planets = list(dict.fromkeys(of_carrier["planet"].values.tolist()))
     members = [x for x in dict.fromkeys(of_carrier["member"].values.tolist()) if x not in planets]
     carried = {name: planet_shares(of_carrier, member=name) for name in members}
-    forces = {name: float(np.abs(of_carrier["mesh_force"].values[of_carrier["member"].values == name]).mean()) for name in members}
+    forces = {
+        name: float(np.abs(of_carrier["mesh_force"].values[of_carrier["member"].values == name]).mean())
+        for name in members
+    }
     loaded = {name: shares for name, shares in carried.items() if forces[name] > UNLOADED * max(forces.values())}
     sentences = [
         f"Load sharing at {name}: K_γ {float(shares['K_gamma']):.4g}."
@@ -97,7 +100,15 @@ def _meshes_of_carrier(data: xr.Dataset) -> Table:
     for label in data["stage"].values.tolist():
         mesh, phase = data.sel(stage=label), float(data.attrs.get(f"{label}_phase", np.nan)) % 1
         force, frequency = (float(mesh[name].mean()) for name in ("mesh_force", "mesh_frequency"))
-        rows.append((label, f"{phase:.4f}", f"{force:.5g}", f"{float(np.ptp(mesh['mesh_force'].values)):.4g}", f"{frequency:.5g}"))
+        rows.append(
+            (
+                label,
+                f"{phase:.4f}",
+                f"{force:.5g}",
+                f"{float(np.ptp(mesh['mesh_force'].values)):.4g}",
+                f"{frequency:.5g}",
+            )
+        )
     columns = "mesh", "phase [pitch]", "mean force [N]", "peak to peak [N]", "mean mesh frequency [Hz]"
     return Table("Meshes of the set", columns, tuple(rows))
 

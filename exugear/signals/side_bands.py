@@ -45,8 +45,8 @@ def side_bands(
     carrier_orders  largest distance of a line from its mesh harmonic, in orders of the carrier
     members         of "sun" and "planet": lines at their own turns too, |z_ring| / z orders of the carrier from a mesh
                     harmonic. These lie close to carrier orders, so that the signal must hold more turns
-    mesh            "ring" or "sun": whose meshes; of stepped planets those of the sun have the order |z_ring| z_1 / z_2 and
-                    lines of their own
+    mesh            "ring" or "sun": whose meshes; those of stepped planets with the sun have the order
+                    |z_ring| z_1 / z_2 and lines of their own
     revolutions, overlap
                     of the windows, as in `exugear.order_cut`; without them 6 turns of the carrier are needed
 

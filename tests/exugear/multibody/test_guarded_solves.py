@@ -130,7 +130,9 @@ def test_public_functions_of_a_model_wait_for_their_turn(monkeypatch, verb):
 def test_a_planet_that_carries_nothing_is_not_told_to_turn_its_direction():
     """The direction of a stage follows from the gearbox; its pin stands too far with the force."""
     model = exugear.build(planetary_box(pin_errors=[60 * um, 0.0, 0.0]))
-    with pytest.warns(UserWarning, match="teeth of stage .* never touched, it carried no load: .* raise the load") as both:
+    with pytest.warns(
+        UserWarning, match="teeth of stage .* never touched, it carried no load: .* raise the load"
+    ) as both:
         exugear.run_up(model, speed=10.0, load=100.0, duration=1e-4, progress=False, checks=0)
     assert len(both) == 2 and not any("direction" in str(each.message) for each in both)
 

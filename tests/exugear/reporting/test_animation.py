@@ -5,8 +5,8 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from modal_boxes import three_shafts
 from paper_gears import few_teeth
-from planetary_boxes import planar_box, planetary_box
 from PIL import Image, ImageSequence
+from planetary_boxes import planar_box, planetary_box
 
 import exugear
 import fem

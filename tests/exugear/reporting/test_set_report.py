@@ -74,7 +74,12 @@ def test_a_ravigneaux_set_has_a_page_with_its_members_meshes_and_sharing(tmp_pat
     box = exugear.Gearbox(ravigneaux(), driving="small", held="carrier", driven="ring")
     run = exugear.run_up(exugear.build(box), speed=50.0, load=300.0, duration=2e-3, progress=False, checks=0)
     page = exugear.report(run, tmp_path / "set.html")[0].read_text(encoding="utf-8")
-    for words in ("Coupled planetary set on carrier", "Members of the set", "Meshes of the set", "inner planet 3-planet 3"):
+    for words in (
+        "Coupled planetary set on carrier",
+        "Members of the set",
+        "Meshes of the set",
+        "inner planet 3-planet 3",
+    ):
         assert words in page
     assert "The meshes with large carry no load." in page
     assert "Load sharing at small: K_γ 1" in page
