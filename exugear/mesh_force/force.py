@@ -261,7 +261,7 @@ class MeshForce:
         te = static_deflections(law.flank_at(1, **first), phase, loads)
         error = te - pairs["te_check"].values
         errors = {"error": float(np.abs(error).max()), "error_rms": float(np.sqrt((error**2).mean()))}
-        return replace(law, teeth=replace(law.teeth, **errors)  # type: ignore[type-var])
+        return replace(law, teeth=replace(law.teeth, **errors))  # type: ignore[type-var]
 
     @classmethod
     @checked

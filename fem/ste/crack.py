@@ -55,7 +55,7 @@ def crack(gear: Gear, lost: Finite) -> Crack:
 
 
 def _with_a_gear_like_itself(gear: Gear) -> GearPair:
-    """The gear with its mirror image, at the least centre distance at which their tips are free, in steps of m_n / 10."""
+    """The gear and its mirror image, at the least centre distance at which their tips are free (steps of m_n / 10)."""
     mate = replace(gear, beta=-gear.beta)
     for step in range(MOST_STEPS):
         with suppress(ValueError):

@@ -250,7 +250,7 @@ def test_the_law_is_read_back_and_refuses_other_maps(tmp_path):
     law = MeshForce.from_tooth_pairs(pairs_of(small_pair(PROFILES[:4], random_pitch(13, 2))), damping=100.0)
     again = MeshForce.load(law.save(tmp_path / "law.nc"))
     assert again.table.tobytes() == law.table.tobytes() and again.teeth.error == law.teeth.error
-    with pytest.raises(ValueError, match="pairs must be made by fem.tooth_pair_map"):
+    with pytest.raises(ValueError, match=r"pairs must be made by fem.tooth_pair_map"):
         MeshForce.from_tooth_pairs(fem.ste_map(small_pair(), [0, 1.0], [0.0], [[0.0], [1e-6]]))
     with pytest.raises(ValueError, match=r"torque must lie below .* N m, the end of the law"):
         law.ste(pair_of_unequal_teeth(), 1e5)
