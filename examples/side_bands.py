@@ -3,9 +3,10 @@
     python examples/side_bands.py results
 
 The pinion of 23 teeth has run-out, random pitch deviations and an undulation of order 31, as the indexing wheel of a
-grinding machine leaves it. Its force law over 23 pitches is composed of single tooth pairs. In the vibration at constant
-speed the run-out is order 1, with the pitch deviations the side bands 22 and 24 of the mesh order 23, and order 31 is the
-ghost: a tone that no number of teeth explains. At this low speed they are those of the static transmission error.
+grinding machine leaves it. Its force law over 23 pitches is composed of single tooth pairs. In the vibration at
+constant speed the run-out is order 1, with the pitch deviations the side bands 22 and 24 of the mesh order 23, and
+order 31 is the ghost: a tone that no number of teeth explains. At this low speed they are those of the static
+transmission error.
 """
 
 from dataclasses import replace
@@ -37,7 +38,9 @@ def pairs() -> dict[str, fem.GearPair]:
 
 def law_of(pair: fem.GearPair) -> exugear.MeshForce:
     """Its force law over all pitches, composed of single tooth pairs."""
-    return exugear.MeshForce.from_tooth_pairs(fem.tooth_pair_map(pair, 2 * LOAD, resolution=fem.Slices()), damping=2000.0)
+    return exugear.MeshForce.from_tooth_pairs(
+        fem.tooth_pair_map(pair, 2 * LOAD, resolution=fem.Slices()), damping=2000.0
+    )
 
 
 def vibration(pair: fem.GearPair, law: exugear.MeshForce, turns: int) -> exugear.Run:

@@ -1,8 +1,8 @@
 """The potential of a flank whose teeth differ, composed of those of single tooth pairs.
 
 Tooth pair p carries the load f_p = F_p(x_p; s_p) of a single one at the deflection x_p, at the position s_p on the path
-of contact, in pitches from the pitch point. Couplings c by the bodies of the gears, pitch deviations d and increments i of
-single teeth lie between x and the deflection y of the mesh:
+of contact, in pitches from the pitch point. Couplings c by the bodies of the gears, pitch deviations d and increments
+i of single teeth lie between x and the deflection y of the mesh:
 
     x_p + i_p(f_p; s_p) + sum over q of c_pq f_q = y - d_p
 
@@ -96,8 +96,9 @@ def increment(teeth, variant, s, load):
     u = within * (m - 1)
     j = min(int(u), m - 2)
     w, first = u - j, start_of(teeth) + teeth.increments_start
-    low, high = first + INCREMENT_SIZE * ((variant * n + i) * m + j), first + INCREMENT_SIZE * (
-        (variant * n + i + 1) * m + j
+    low, high = (
+        first + INCREMENT_SIZE * ((variant * n + i) * m + j),
+        first + INCREMENT_SIZE * ((variant * n + i + 1) * m + j),
     )
     a, b = increment_at(low), increment_at(high)
     c, d = increment_at(low + INCREMENT_SIZE), increment_at(high + INCREMENT_SIZE)
@@ -154,9 +155,9 @@ def phase_of(table, cell: Cell):
 @compiled
 def place_pairs(teeth, phase, space):
     """Write position, pitch deviation and increments of all tooth pairs that may touch; the number of them."""
-    whole = int(floor(phase))
+    whole = int(floor(phase))  # noqa: RUF046 (a float in compiled code)
     ahead = phase - whole
-    k, n = int(ceil(teeth.first - ahead)), 0
+    k, n = int(ceil(teeth.first - ahead)), 0  # noqa: RUF046
     while ahead + k <= teeth.last and n < MOST:
         tooth_1, tooth_2 = (k - whole) % teeth.z_1, (whole - k) % teeth.z_2
         d_1, d_2 = pitch_of(teeth, teeth.pitch_1_start, tooth_1), pitch_of(teeth, teeth.pitch_2_start, tooth_2)

@@ -257,8 +257,8 @@ class MeshForce:
         given |= {"back_phase": pair.back_phase, "pitches": lcm(*deviating_teeth(pair))}
         given |= {"coast_unlike": "" if coast is not None else why_unlike(pairs), "fixed_offsets": fixed_axial(pairs)}
         if coast is not None:
-            given["coast"] = cls.composed_of(tooth_pairs_of(coast, cls), pitches=given["pitches"])
-        law = cls.composed_of(tooth_pairs_of(pairs, cls), **given)
+            given["coast"] = composed_law(tooth_pairs_of(coast, cls), pitches=given["pitches"])
+        law = composed_law(tooth_pairs_of(pairs, cls), **given)
         phase, loads = pairs["phase_check"].values, pairs["torque_check"].values / pair.pinion.r_b
         if not phase.size:
             return law
@@ -266,22 +266,7 @@ class MeshForce:
         te = static_deflections(law.flank_at(1, **first), phase, loads)
         error = te - pairs["te_check"].values
         errors = {"error": float(np.abs(error).max()), "error_rms": float(np.sqrt((error**2).mean()))}
-        return replace(law, teeth=replace(law.teeth, **errors))
-
-    @classmethod
-    def composed_of(cls, teeth: ToothPairs, **given) -> "MeshForce":
-        """The law of tooth pairs, with its table of teeth that are alike; given: further fields, such as pitches."""
-        bare = {"offsets": teeth.single.offsets, "fixed_offsets": given.get("fixed_offsets", {})}
-        reach = np.array([0.0, um])
-        shape = tuple(axis.size for axis in teeth.single.offsets.values())
-        placeholder = np.broadcast_to(reach, (*shape, PHASES, 2)), np.broadcast_to([0.0, 1.0], (*shape, PHASES, 2))
-        centroid = {"centroid": np.full((*shape, PHASES, 2), 1e-12)} if np.any(teeth.single.centroid) else {}
-        phase = uniform_phases(PHASES, 1)
-        alike = cls(phase, *placeholder, teeth=teeth.without_deviations(), **centroid, **bare)
-        arrays = blocks_of(alike, phase)
-        if not np.any(teeth.single.centroid):
-            arrays["centroid"] = 0.0
-        return cls(phase, **arrays, **{**bare, **given}, teeth=teeth)
+        return replace(law, teeth=replace(law.teeth, **errors))  # type: ignore[type-var]
 
     @classmethod
     @checked
@@ -486,6 +471,21 @@ class MeshForce:
         return range_at(self.table.head, float(phase))
 
 
+def composed_law(teeth: ToothPairs, **given) -> MeshForce:
+    """The law of tooth pairs, with its table of teeth that are alike; given: further fields, such as pitches."""
+    bare: dict[str, Any] = {"offsets": teeth.single.offsets, "fixed_offsets": given.get("fixed_offsets", {})}
+    reach = np.array([0.0, um])
+    shape = tuple(axis.size for axis in teeth.single.offsets.values())
+    placeholder = np.broadcast_to(reach, (*shape, PHASES, 2)), np.broadcast_to([0.0, 1.0], (*shape, PHASES, 2))
+    phase, has_centroid = uniform_phases(PHASES, 1), bool(np.any(teeth.single.centroid))
+    # a centroid that is not 0 gives the table that of the tooth pairs
+    centroid = np.full((*shape, PHASES, 2), 1e-12) if has_centroid else 0.0
+    alike = MeshForce(phase, *placeholder, teeth=teeth.without_deviations(), centroid=centroid, **bare)
+    arrays: dict[str, Any] = dict(blocks_of(alike, phase))
+    fields = {**arrays, **bare, **given} | ({} if has_centroid else {"centroid": 0.0})
+    return MeshForce(phase, **fields, teeth=teeth)
+
+
 def fixed_axial(pairs: xr.Dataset) -> dict[str, float]:
     """The axial offset [m] for which a map of tooth pairs was made, by name; empty where it is 0."""
     axial = float(pairs.attrs.get("axial", 0.0))
@@ -530,7 +530,9 @@ def _unlike(ste: xr.Dataset) -> str:
 def _with_tooth_pairs(arguments: dict[str, Any], law: type) -> dict[str, Any]:
     """Arguments of a law from a file, whose tooth pairs are no longer arguments themselves."""
     teeth = arguments["teeth"]
-    return arguments if teeth is None else arguments | {"teeth": ToothPairs(**teeth | {"single": law(**teeth["single"])})}
+    return (
+        arguments if teeth is None else arguments | {"teeth": ToothPairs(**teeth | {"single": law(**teeth["single"])})}
+    )
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

@@ -68,7 +68,9 @@ def _dataset(force, prefix: str = "") -> xr.Dataset:
 
 def _tooth_pairs(teeth, prefix: str) -> xr.Dataset:
     """All fields of tooth pairs, with the law of a single one."""
-    fields = {part.name: np.asarray(getattr(teeth, part.name)) for part in dataclass_fields(teeth) if part.name != "single"}
+    fields = {
+        part.name: np.asarray(getattr(teeth, part.name)) for part in dataclass_fields(teeth) if part.name != "single"
+    }
     variables = {
         f"{prefix}{TEETH}{name}": ([f"{prefix}{TEETH}{name}_{i}" for i in range(values.ndim)], values)
         for name, values in fields.items()
@@ -83,7 +85,9 @@ def _tooth_pairs(teeth, prefix: str) -> xr.Dataset:
 def _teeth_arguments(data: xr.Dataset, prefix: str) -> dict[str, Any] | None:
     """Arguments of the tooth pairs in a file, with those of the law of a single one; None for a law without."""
     begins = f"{prefix}{TEETH}"
-    values = {str(name).removeprefix(begins): x.values for name, x in data.data_vars.items() if str(name).startswith(begins)}
+    values = {
+        str(name).removeprefix(begins): x.values for name, x in data.data_vars.items() if str(name).startswith(begins)
+    }
     if not values:
         return None
     numbers = {name: x if x.ndim else float(x) for name, x in values.items()}

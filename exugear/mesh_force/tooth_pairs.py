@@ -33,8 +33,9 @@ class ToothPairs:
     pitch_1, pitch_2    (z,) pitch deviations of the teeth of pinion and wheel [m]
     variant_1, variant_2
                         (z,) numbers of their increments; -1: none
-    coupling            (n_distance, n) transmission error of a tooth pair per load on that 1, 2, ... pitches ahead [m/N]
-    coupled_first       position of the first coupling; they are a whole share of a pitch apart, coupled_steps in a pitch
+    coupling            (n_distance, n) transmission error of a tooth pair per load on that 1, 2, ... pitches ahead
+                        [m/N]
+    coupled_first       position of the first coupling; there are coupled_steps in a pitch
     increments          (n_variant, n, n_t) change of the deflection of a tooth [m], over its position and t
     placed_first        position of the first increment, placed_steps in a pitch
     largest_load        load of the last increment [N]: t = sqrt(load / largest_load), evenly spaced

@@ -86,8 +86,12 @@ def composed_words(law: MeshForce) -> str:
     if law.teeth is None:
         return ""
     alike = law.teeth.error_rms != law.teeth.error_rms
-    errors = "error not checked" if alike else (
-        f"error {law.teeth.error_rms / um:.2g} um rms, at most {law.teeth.error / um:.2g} um in states solved whole"
+    errors = (
+        "error not checked"
+        if alike
+        else (
+            f"error {law.teeth.error_rms / um:.2g} um rms, at most {law.teeth.error / um:.2g} um in states solved whole"
+        )
     )
     tabulated = 1.6e6 * law.pitches * (2 if law.table.head.has_centroid else 1)
     return f" composed of single tooth pairs, {errors} (a table of all pitches would have {tabulated / 1e6:.4g} MB)"

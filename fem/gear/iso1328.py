@@ -1,7 +1,7 @@
 """Tolerances of flanks by accuracy class (ISO 1328-1:1995 and 2013), and deviations that are drawn within them.
 
-All lengths in formulas are in mm, tolerances in um, times sqrt(2)^(class - 5). The edition of 1995 takes geometric means of
-the ranges in which diameter, module and face width lie; that of 2013 takes them as they are. F_r is that of
+All lengths in formulas are in mm, tolerances in um, times sqrt(2)^(class - 5). The edition of 1995 takes geometric
+means of the ranges in which diameter, module and face width lie; that of 2013 takes them as they are. F_r is that of
 ISO 1328-2:1997, and of annex E of the edition of 2013 (informative). Values are rounded as the standard says: above
 10 um to 1, from 5 um on to 0.5, below to 0.1 um.
 """
@@ -126,8 +126,8 @@ def drawn_deviations(
     """The gear with deviations of its left flanks that are drawn within tolerances; a seed gives the same ones again.
 
     Index deviations are the sum of one that returns once per turn, of random phase, as runout makes it, and of random
-    ones of single teeth; they are scaled so that f_pt and F_p are kept, and the nearer of both is reached by a share that
-    is drawn from [1/2, 1].
+    ones of single teeth; they are scaled so that f_pt and F_p are kept, and the nearer of both is reached by a share
+    that is drawn from [1/2, 1].
 
     profiles    whether the profiles of single teeth differ: by a slope within f_H_alpha and a crowning within f_f_alpha
     leads       whether their helices differ: by a slope within f_H_beta

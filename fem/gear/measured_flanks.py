@@ -25,8 +25,8 @@ def pitch_chart(path: FilePath, gear: Gear) -> PitchDeviation:
 
     path    text file; teeth are numbered from 0 or from 1 on, counter-clockwise, of an internal gear clockwise
 
-    Raises FileNotFoundError, and ValueError with the line of the file and a remedy for a unit that is missing or unknown,
-    NaN, a second header, a tooth that is missing or given twice.
+    Raises FileNotFoundError, and ValueError with the line of the file and a remedy for a unit that is missing or
+    unknown, NaN, a second header, a tooth that is missing or given twice.
     """
     columns = {"tooth": "1", "removed": "m", "single_pitch": "m"}
     table = read_table(path, columns, optional=("removed", "single_pitch"), key=("tooth",))
@@ -41,7 +41,9 @@ def pitch_chart(path: FilePath, gear: Gear) -> PitchDeviation:
     lacks = f"{path} lacks tooth {', '.join(map(str, missing[:5]))} of the {z} teeth from {first} to {first + z - 1}"
     require(not missing, f"{lacks}; add a line for each")
     further = teeth[teeth >= first + z]
-    require(not further.size, f"{path} holds tooth {further[:1]}, but the gear has {z} teeth from {first} on; remove it")
+    require(
+        not further.size, f"{path} holds tooth {further[:1]}, but the gear has {z} teeth from {first} on; remove it"
+    )
     values = table[given[0]][np.argsort(teeth)]
     if given[0] == "single_pitch":
         rest = abs(values.sum())
@@ -56,19 +58,21 @@ def pitch_chart(path: FilePath, gear: Gear) -> PitchDeviation:
 def flank_traces(path: FilePath, gear: Gear) -> tuple[OnTooth, ...]:
     """Profile traces, helix traces or topographies of single teeth, as deviations of these teeth on grids.
 
-    path    text file with a line for each point under the header tooth [1], roll [mm], axial [mm], removed [um]. Without
-            roll they are helix traces, which hold over the whole profile, without axial profile traces, over the width.
-            The points of all teeth form one grid; teeth as in `pitch_chart`
+    path    text file with a line for each point under the header tooth [1], roll [mm], axial [mm], removed [um].
+            Without roll they are helix traces, which hold over the whole profile, without axial profile traces, over
+            the width. The points of all teeth form one grid; teeth as in `pitch_chart`
 
-    Teeth that are not in the table have no such deviations. Raises as `pitch_chart`, and ValueError where a point of the
-    grid is missing.
+    Teeth that are not in the table have no such deviations. Raises as `pitch_chart`, and ValueError where a point of
+    the grid is missing.
     """
     axes = {"tooth": "1", "roll": "m", "axial": "m"}
     lines, values = read_grid(path, axes, {"removed": "m"}, optional=("roll", "axial"))
     require("tooth" in lines and len(lines) > 1, f"{path} must hold the column tooth, and roll or axial or both")
     teeth, removed, z = lines["tooth"], values["removed"], abs(gear.z)
     fits = bool((teeth % 1 == 0).all() and teeth[0] >= 0 and teeth[-1] <= z)
-    require(fits, f"{path}: tooth must be whole numbers from 0 or 1 on, of {z} teeth, got {teeth[0]:g} to {teeth[-1]:g}")
+    require(
+        fits, f"{path}: tooth must be whole numbers from 0 or 1 on, of {z} teeth, got {teeth[0]:g} to {teeth[-1]:g}"
+    )
     first = 1 if teeth[-1] == z else 0
     roll = lines.get("roll", np.array([gear.roll_form, gear.roll_tip]))
     axial = lines.get("axial", np.array([-gear.b / 2, gear.b / 2]))

@@ -5,7 +5,7 @@ Formulas are those of `fem.microgeometry.modification` and `deviation`, compiled
 """
 
 from itertools import count
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -53,8 +53,8 @@ FORMULAS: dict[type, int] = {
     PitchDeviation: PITCH,
     Crack: CRACK,
 }
-#: What a row describes: the shape of the flank, the rounding of its tip edge, the turn of the whole flank, or a hinge in
-#: the root of the tooth.
+#: What a row describes: the shape of the flank, the rounding of its tip edge, the turn of the whole flank, or a hinge
+#: in the root of the tooth.
 SHAPE, ROUNDING, TURN, HINGE = range(4)
 #: Numbers in a row: the first arguments of its formula.
 NUMBERS = 6
@@ -75,7 +75,7 @@ class CompiledFlank(NamedTuple):
 
 def compiled_flank(flank: Flank, face: FlankExtent, first: int = 0) -> CompiledFlank:
     """The modifications of a flank as rows, whose tables begin at a position of a larger one."""
-    listed = [(part, None) for part in flank if not isinstance(part, OnTooth)]
+    listed: list[tuple[Any, int | None]] = [(part, None) for part in flank if not isinstance(part, OnTooth)]
     listed += [(part, of.tooth) for of in flank if isinstance(of, OnTooth) for part in of.flank]
     parts = [(part.grid(face) if isinstance(part, Spall) else part, tooth) for part, tooth in listed]
     rows, tables = np.zeros(len(parts), ROW), [np.zeros(0)]
@@ -89,7 +89,7 @@ def compiled_flank(flank: Flank, face: FlankExtent, first: int = 0) -> CompiledF
         elif isinstance(part, Grid):
             numbers, table = (len(part.roll), len(part.axial)), np.concatenate(part.arrays)
         elif formula != USERS:
-            numbers = part.numbers(face)  # type: ignore[attr-defined]
+            numbers = part.numbers(face)
         row["formula"], row["first"], row["numbers"][: len(numbers)] = (
             formula,
             i if formula == USERS else first,
@@ -147,8 +147,8 @@ def _along_profile(row, table, roll, axial, tooth):
     """Material removed [m] by a row that changes along the profile, at a roll length of a tooth."""
     formula, numbers = row.formula, row.numbers
     if formula == WAVINESS:
-        amplitude, order, angle, r_b, slope, z = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
-        return _waviness(amplitude, order, angle, r_b, slope, z, roll, axial, tooth)
+        values = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
+        return _waviness(values, roll, axial, tooth)
     if formula == PROFILE_RELIEF:
         return _relief(numbers[0], numbers[1], numbers[2], numbers[3], roll)
     if formula == PROFILE_CROWNING:
@@ -207,7 +207,9 @@ def add_removed(rows, table, extent, role, factor, sections, roll, removed):
     for row in rows:
         if row.role != role:
             continue
-        if row.formula == PROFILE_RELIEF and row.teeth == 0:  # of most flanks: a loop of its own is a tenth of the time of a map
+        if (
+            row.formula == PROFILE_RELIEF and row.teeth == 0
+        ):  # of most flanks: a loop of its own is a tenth of the time of a map
             amount, begin, length, power = row.numbers[0], row.numbers[1], row.numbers[2], row.numbers[3]
             for i in range(n):
                 for k in range(m):

@@ -110,8 +110,8 @@ class Waviness:
     angle       [rad]
 
     The transmission error has that order with this amplitude while the curvature amplitude (order / rho_1)^2 of the
-    crests is small beside that of the flanks, 1 / rho_1 + 1 / rho_2, with the radii of curvature rho at the contact; else
-    only crests touch, and it is less.
+    crests is small beside that of the flanks, 1 / rho_1 + 1 / rho_2, with the radii of curvature rho at the contact;
+    else only crests touch, and it is less.
 
     Raises ValueError for values out of range.
     """
@@ -124,7 +124,9 @@ class Waviness:
 
     def __post_init__(self):
         order = number("order", self.order)
-        require(bool(order % 1 == 0 and 1 <= order < 1e4), f"order must be a whole number in [1, 1e4), got {self.order}")
+        require(
+            bool(order % 1 == 0 and 1 <= order < 1e4), f"order must be a whole number in [1, 1e4), got {self.order}"
+        )
         set_fields(self, order=int(order), amplitude=number("amplitude", self.amplitude))
         set_fields(self, angle=number("angle", self.angle))
         check_amount("amplitude", self.amplitude)
@@ -137,7 +139,7 @@ class Waviness:
         return self.amplitude, self.order, self.angle, face.r_b, face.slope, face.z
 
     def removed(self, face: FlankExtent, roll, axial):
-        return waviness(*self.numbers(face), roll, axial, face.tooth)
+        return waviness(self.numbers(face), roll, axial, face.tooth)
 
 
 @short(d="mm", axial="mm", height="mm", width="mm", depth="um")
@@ -173,7 +175,7 @@ class Spall:
         inside = np.array([0.0, 1.0, 1.0, 0.0])
         values = self.depth * np.outer(inside, inside)
         lines = roll + self.height * shares, self.axial + self.width * shares
-        return Grid(*(tuple(x.tolist()) for x in lines), tuple(map(tuple, values.tolist())))
+        return Grid(tuple(lines[0].tolist()), tuple(lines[1].tolist()), tuple(map(tuple, values.tolist())))
 
     def check(self, face: FlankExtent) -> None:
         """ValueError where the area misses the flank."""
@@ -211,7 +213,9 @@ class Crack:
 
     def __post_init__(self):
         as_floats(self)
-        require(0 <= self.turn < 1, f"turn must lie in [0, 1) rad/(N m), got {self.turn}; take fem.crack(gear, lost=0.3)")
+        require(
+            0 <= self.turn < 1, f"turn must lie in [0, 1) rad/(N m), got {self.turn}; take fem.crack(gear, lost=0.3)"
+        )
         check_within("radius", self.radius, 1e-4, 10.0, "m (pass metres)")
         require_finite("half_angle", self.half_angle)
 
@@ -358,11 +362,12 @@ def lever_of(radius, half_angle, r_b, roll):
     return r_b - radius * np.cos(roll / r_b - half_angle)
 
 
-def waviness(amplitude, order, angle, r_b, slope, z, roll, axial, tooth):
+def waviness(numbers, roll, axial, tooth):
     """Material removed [m] by undulations at a roll length and an axial position of a tooth.
 
-    slope   tangent of the base helix angle
+    numbers   amplitude [m], order, angle [rad], base radius [m], tangent of the base helix angle, number of teeth
     """
+    amplitude, order, angle, r_b, slope, z = numbers
     return amplitude * np.cos(order * ((roll - axial * slope) / r_b - 2 * np.pi * tooth / z) - angle)
 
 

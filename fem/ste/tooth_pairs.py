@@ -6,9 +6,9 @@ of several tooth pairs under a transmission error te is composed of
     te - d_p = h_p(f_p; s_p) + sum over q of c_pq f_q     where f_p > 0, sum of f_p = mesh force
 
 with the deflection h of a tooth pair that carries the load f alone at the position s on the path of contact, the
-coupling c of two tooth pairs by the bodies of their gears, and the pitch deviations d. s counts in pitches from the pitch
-point on; the tooth pair with the number k is at s = phase + k. What single teeth have beside a pitch deviation changes h
-of their tooth pairs by an increment, solved with this tooth against a tooth of the mate without deviations.
+coupling c of two tooth pairs by the bodies of their gears, and the pitch deviations d. s counts in pitches from the
+pitch point on; the tooth pair with the number k is at s = phase + k. What single teeth have beside a pitch deviation
+changes h of their tooth pairs by an increment, solved with this tooth against a tooth of the mate without deviations.
 """
 
 from concurrent.futures import Executor
@@ -50,8 +50,8 @@ INCREMENT_LOADS = np.array([0.0025, 0.01, 0.04, 0.16, 0.5, 1.0])
 COUPLED_LOAD = 0.3
 #: Loads of the states by which a law states its error, over the largest mesh force.
 CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
-#: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches beyond
-#: the ends of the path. Spur gears with linear reliefs need most.
+#: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches
+#: beyond the ends of the path. Spur gears with linear reliefs need most.
 KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 8, 0.3
 #: Least length of a part of the path between kinks [pitches].
 SHORTEST_PART = 0.004
@@ -82,7 +82,7 @@ class SinglePair:
 
     def contact(self, position: MeshPosition) -> ToothContact:
         """The contact at a mesh position."""
-        return ToothContact(position, *self.bodies, self.slices)
+        return ToothContact(position, self.bodies[0], self.bodies[1], self.slices)
 
     def states(self, at: tuple[float, float, float]) -> np.ndarray:
         """`of` the tooth pair alone at (a, axial, position)."""
@@ -124,8 +124,8 @@ def tooth_pair_map(
 
     torque      largest pinion torque of the law [N m]
     offsets     as in `static_transmission_error`; of the angles the misalignment alone may be an axis
-    checks      number of random phases of the period at which the contact of all tooth pairs is solved, too, under three
-                torques: the law states its error against them
+    checks      number of random phases of the period at which the contact of all tooth pairs is solved, too, under
+                three torques: the law states its error against them
     resolution, executor, progress
                 as in `static_transmission_error`
 
@@ -199,8 +199,7 @@ def _gears(pair: GearPair) -> tuple[Gear, Gear]:
 
 def _with_flanks(pair: GearPair, pinion, wheel) -> GearPair:
     """The pair with other left flanks on all teeth."""
-    gears = (replace(gear, flank=tuple(flank)) for gear, flank in zip(_gears(pair), (pinion, wheel), strict=True))
-    return GearPair(*gears, a=pair.a)
+    return GearPair(replace(pair.pinion, flank=tuple(pinion)), replace(pair.wheel, flank=tuple(wheel)), a=pair.a)
 
 
 def parts_of_path(pair: GearPair, a: float) -> np.ndarray:
@@ -297,7 +296,7 @@ def _coupling(
 ) -> float:
     """Transmission error of a tooth pair at s per load on that by a distance further ahead [m/N]."""
     place = MeshPosition(single.model.pair, a, axial, s, candidates=range(distance + 1))
-    contact = ToothContact(place, *single.bodies, single.slices)
+    contact = ToothContact(place, single.bodies[0], single.bodies[1], single.slices)
     number = np.repeat([0, distance], [behind.low.size, ahead.low.size])
     low, high = np.concatenate([behind.low, ahead.low]), np.concatenate([behind.high, ahead.high])
     slices = ContactSlices(place, number, low, high, mesh=contact.slicing.mesh)
@@ -371,15 +370,15 @@ def _labelled(pair, nominal, axes, parts, position, states, coupling, increments
     data["coupling"] = (DISTANCE, "coupled_position"), values
     data = data.assign_coords({DISTANCE: np.arange(1, len(values) + 1), "coupled_position": at})
     for name, gear, of_gear in zip(GEARS, _gears(pair), increments, strict=True):
-        turned = [part.values for part in pitch_deviations(gear.drive_flank)]
-        data[f"{name}_pitch"] = f"{name}_tooth", np.sum([np.zeros(abs(gear.z)), *turned], axis=0)
+        turned = np.zeros(abs(gear.z))
+        for part in pitch_deviations(gear.drive_flank):
+            turned += np.array(part.values)
+        data[f"{name}_pitch"] = f"{name}_tooth", turned
         data[f"{name}_variant_of"] = f"{name}_tooth", of_gear.variant_of
         dims_of = f"{name}_variant", INCREMENT_TORQUE, "increment_position"
         data[f"{name}_increment"] = dims_of, of_gear.values
         units |= {f"{name}_pitch": "m", f"{name}_increment": "m"}
-        data = data.assign_coords(
-            {INCREMENT_TORQUE: of_gear.loads * r_b, "increment_position": of_gear.position}
-        )
+        data = data.assign_coords({INCREMENT_TORQUE: of_gear.loads * r_b, "increment_position": of_gear.position})
     for name, unit in ({"coupling": "m/N"} | units).items():
         data[name].attrs["units"] = unit
     data.attrs |= {"title": "tooth pairs", "resolution": exact(nominal.model.resolution), "parts": parts}
