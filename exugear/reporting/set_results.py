@@ -19,6 +19,7 @@ from exugear.plots.set_plots import (
     plot_side_bands,
 )
 from exugear.reporting.document import Figure, Section, Table, embedded
+from exugear.running.ring_variables import ring_of_run
 from exugear.running.set_data import SetData, carriers_of_run, planetary_sets
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.side_bands import force_seen_from_ring, lines_of
@@ -118,6 +119,7 @@ def _section(data: xr.Dataset, of_set: SetData) -> Section:
     orbits = [name for name in (of_set.sun, of_set.ring, of_set.carrier) if told and _moves(data, name)]
     items = (*_phasing(of_set), *_sharing(data, of_set), *(_orbit(data, name) for name in orbits), _note(data))
     tables = [_members(data, of_set), _phases(data, of_set), _sums(of_set), *([_lines(lines)] if lines else [])]
+    tables.append(_ring_modes(data, of_set.ring))
     figures = [_phase_figure(of_set), _share_figure(data, of_set)]
     figures += [_orbit_figure(data, orbits)] if orbits else []
     figures += [_line_figure(lines)] if lines else []
@@ -222,6 +224,23 @@ def _phases(data: xr.Dataset, of_set: SetData) -> Table:
     phase = "phase with the sun [pitch]", "phase with the ring [pitch]"
     share = "share at the sun [%]", "share at the ring [%]"
     return Table("Phases of the meshes and load sharing", ("planet", "angle [°]", *phase, *share), tuple(rows))
+
+
+def _ring_modes(data: xr.Dataset, ring: str) -> Table:
+    """Modes of the rim of an elastic ring with what they do in the run; no rows of another ring."""
+    columns = "mode", "lobes", "frequency [Hz]", "damping ratio", "mean radial [µm]", "rms about it [µm]"
+    rows: list[tuple[str, ...]] = []
+    if elastic := ring_of_run(data, ring):
+        modes, (_, of_ring) = elastic[0].modes, elastic
+        radial = np.sqrt(np.mean(modes["radial"].values ** 2, axis=1))
+        amplitude = of_ring["ring_amplitude"].transpose("time", ...).values
+        means, swings = np.abs(amplitude.mean(axis=0)) * radial / um, amplitude.std(axis=0) * radial / um
+        listed = zip(modes["lobes"].values, modes["frequency"].values, means, swings, strict=True)
+        ratio = f"{elastic[0].damping_ratio:g}"
+        for i, (lobes, frequency, mean, swing) in enumerate(listed, start=1):
+            rows.append((str(i), f"{lobes:g}", f"{frequency:.5g}", ratio, f"{mean:.3g}", f"{swing:.3g}"))
+    title = "Modes of the ring on its supports: radial displacement of its rim, rms around it"
+    return Table(title, columns, tuple(rows))
 
 
 def _sums(of_set: SetData) -> Table:

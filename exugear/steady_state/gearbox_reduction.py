@@ -245,6 +245,9 @@ def check_reducible(model: Model) -> None:
         require(not (stage.carrier and axes), f"{turning}; leave out their offset=, or take exugear.run")
         beside = f"stage {label} stands beside a set on pins, its shafts must only spin, {on_bearings} move"
         require(not (carriers and not of_set and on_bearings), f"{beside}; leave out their bearings, or the pins")
+    rings = [*model.gearbox.elastic_rings]
+    vibrating = f"model must have rings as stiff as their maps, {rings} have modes, which planets pass as they turn"
+    require(not rings, f"{vibrating}; leave out ring_modes=, or take exugear.run_up over a slow ramp")
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
     require(not rubbing, f"model must be without friction, stages {rubbing} rub; build the gearbox without friction=")
     braked = [shaft.name for shaft in model.gearbox.shafts if shaft.drags]
