@@ -259,18 +259,24 @@ def _middle_of_gaps(limits: Sequence[tuple[float, float]], slopes: np.ndarray) -
 
 
 def _state_at(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[float, float, float]:
-    """Deflection of the driving flank, opening of either [m] and phase of a mesh at coordinates q (n,)."""
-    stage, on_bodies = mesh.stage, np.zeros((2, 6))
+    """Deflection of the driving flank, opening of either [m] and phase of a mesh at coordinates q (n,).
+
+    To first order in coordinates beside those of the bodies, as of rings that bend.
+    """
+    stage, on_bodies, beside = mesh.stage, np.zeros((2, 6)), mesh.row.copy()
     for six, shaft in zip(on_bodies, (stage.fast, stage.slow), strict=True):
         components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, stage, shaft)
         six[components] = q[spin - len(components) + 1 : spin + 1]
-    if stage.carrier and mesh.frame.fixed.any():
+        beside[spin - len(components) + 1 : spin + 1] = 0.0
+    if stage.carrier and stage.carrier.name not in model.gearbox.carriers_of_pins:
         turned = q[model.spins[stage.carrier.name]]
         on_bodies[:, 5] -= turned
+        beside[model.spins[stage.carrier.name]] = 0.0
         back = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
         on_bodies[:, :2] += mesh.frame.fixed @ back - mesh.frame.fixed
     if is_spatial(mesh.frame):
-        return state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
+        deflection, opening, phase = state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
+        return deflection + beside @ q, opening, phase
     return mesh.reference_deflection + mesh.row @ q, mesh.opening, 0.0
 
 
