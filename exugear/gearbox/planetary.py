@@ -421,8 +421,8 @@ def shafts_of_planets(name: str, planets: list[Any], pins: list[Any], axial: flo
         bearings = f"planet {shaft.name!r} must have no bearings, got {len(shaft.bearings)}; pass them as pin="
         require(not shaft.bearings, bearings)
         parts = {at: [*_group(part), *([pin] if pin and at == axial else [])] for at, part in shaft.parts.items()}
-        of_its_own = keep_names and isinstance(planet, Shaft)
-        shafts.append(replace(shaft, name=shaft.name if of_its_own else numbered, parts=parts))
+        keeps_name = keep_names and isinstance(planet, Shaft)
+        shafts.append(replace(shaft, name=shaft.name if keeps_name else numbered, parts=parts))
     return shafts
 
 

@@ -260,8 +260,8 @@ class Shaft:
         """Set a field by its value, which a shaft with sections may be given but not otherwise."""
         given = getattr(self, name)
         alike = given is None or not self.sections or abs(given - value) <= ROUNDING * value
-        other = f"sections of shaft {self.name!r} give its {name}, {value:.6g}, got {given}"
-        require(alike, f"{other}; leave {name} out, or add a Disc for what the sections lack")
+        by_sections = f"sections of shaft {self.name!r} give its {name}, {value:.6g}, got {given}"
+        require(alike, f"{by_sections}; leave {name} out, or add a Disc for what the sections lack")
         object.__setattr__(self, name, value if given is None else given)
 
     def _check_parts(self) -> None:

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import (
     dissipated_power,
     linear_part,
     potential,
     radial_motion,
     radial_part,
-    radial_points,
     radial_reaction,
     radial_secant,
     rolling_reaction,

@@ -11,11 +11,10 @@ import exudyn.itemInterface as eii
 import numpy as np
 from numba import carray
 
-from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import (
     linear_part,
     radial_motion,
-    radial_points,
     radial_potential,
     radial_reaction,
     tangent_stiffness,

@@ -8,8 +8,7 @@ from math import isfinite
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.bearing_law import radial_points
+from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement

@@ -149,7 +149,7 @@ def add_contact(mbs, name: str, items, records: Records, recorder: Recorder, pai
     """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`)."""
     contacts = contacts_of(mbs)
     shared = [i for i, contact in contacts.items() if contact.recorder is recorder]
-    remedy = "pass each contact a recorder of its own"
+    remedy = "each contact needs a separate Recorder"
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     nodes = [node_of(mbs, item) for item in items]
     kinds = tuple(kind_of(mbs, item) for item in items)

@@ -61,9 +61,9 @@ def _name(ax: Axes, shafts: list[Shaft], heights: dict[str, float]) -> None:
     """Names with numbers of teeth beside the drawing; those of shafts on one axis below each other."""
     for height in sorted({*heights.values()}):
         names = [_label(shaft) for shaft in shafts if heights[shaft.name] == height]
-        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+        position: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
         text = "\n".join(names)
-        ax.annotate(text, (0.0, height / mm), (-6, 0), ha="right", va="center", annotation_clip=False, **place)
+        ax.annotate(text, (0.0, height / mm), (-6, 0), ha="right", va="center", annotation_clip=False, **position)
 
 
 def _label(shaft: Shaft) -> str:
@@ -83,21 +83,21 @@ def unfolded(gearbox: Gearbox) -> dict[str, float]:
             left.remove(stage)
             if stage.carrier is not None and not _shows_planet(gearbox, stage):
                 continue
-            known, other = stage.fast.name, stage.slow.name
+            known, mate = stage.fast.name, stage.slow.name
             if known not in heights:
-                known, other = other, known
-            heights.setdefault(other, heights[known] - _apart(gearbox, known, other, stage.pair.a))
+                known, mate = mate, known
+            heights.setdefault(mate, heights[known] - _apart(gearbox, known, mate, stage.pair.a))
             if stage.carrier is not None:
                 sun = next(name for name in (stage.fast.name, stage.slow.name) if name not in gearbox.planets)
                 heights.setdefault(stage.carrier.name, heights[sun])
     return heights
 
 
-def _apart(gearbox: Gearbox, known: str, other: str, a: float) -> float:
+def _apart(gearbox: Gearbox, known: str, mate: str, a: float) -> float:
     """Distance below a known shaft [m]: planets lie above the axis of their set, where their ring and sun lie."""
     if known in gearbox.planets:
         return abs(a)
-    return -abs(a) if other in gearbox.planets else abs(a)
+    return -abs(a) if mate in gearbox.planets else abs(a)
 
 
 def _shows_planet(gearbox: Gearbox, stage: Stage) -> bool:

@@ -19,7 +19,6 @@ from scenes import rms, smooth_box, smooth_map, two_stages
 
 import exugear
 from exugear.multibody.time_integration import Solver
-from exugear.planning.linear_train import slowest_decay
 from exugear.running import part_integration
 from fem.units import mm, rpm
 
@@ -187,13 +186,11 @@ def test_threads_of_a_process_take_turns():
 
 
 def test_the_plan_has_the_decay_of_a_damped_oscillator():
-    m, k, c = np.diag([2.0, 1.0]), np.diag([800.0, 0.0]), np.diag([4.0, 0.0])
-    assert slowest_decay(m, k, c, np.array([[20.0, 0.0]])) == pytest.approx(1.0)
-    assert slowest_decay(m, k, 0 * c, np.array([[20.0, 0.0]])) == 0.0
     plan = exugear.build(smooth_box()).plan
     damped = 2700 * exugear.build(smooth_box()).meshes[0].mobility / 2
     assert plan.decay == pytest.approx(damped, rel=1e-6)
     assert "early" in str(plan)
+    assert exugear.build(smooth_box(damping=0.0)).plan.decay == 0.0
 
 
 def test_one_bar_shows_the_progress_of_all_parts(capfd, monkeypatch):
