@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ring_gears import COARSE, planet, ring, ring_pair
+from spatial_meshes import mesh_of_spins
 
 import exugear
 import fem
@@ -33,14 +34,14 @@ def test_signs_are_those_of_a_ring_pair():
     for name in ("alpha_wt", "beta_b", "back_phase", "b"):
         assert getattr(PAIR, name) == pytest.approx(getattr(table, name))
     assert PAIR.wheel.r_b == pytest.approx(table.wheel.r_b)
-    law = exugear.MeshForce([0.0], [0.0, 1e-5], [[0.0, 4e3]])
-    frames = []
-    for pair in (PAIR, table):
-        shafts = [exugear.Shaft(name, {}, inertia=1e-2) for name in ("planet", "ring")]
-        (mesh,) = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair, phase=0.2)])).meshes
-        frames.append(mesh.frame)
-    for name in ("pitches_per_radian", "inv_alpha_wt", "tan_beta_b"):
-        assert frames[0][name] == pytest.approx(frames[1][name])
+    law = exugear.MeshForce([0.0, 0.3, 0.6], [0.0, 1e-3], [[0.0, 4e5], [0.0, 5e5], [0.0, 6e5]])
+    for turned in (0.0, 0.03, 0.2):
+        lead = 8 * um / PAIR.pinion.r_b
+        spins = turned + lead, -turned * PAIR.pinion.z / PAIR.wheel.z
+        by_gears, by_table = (mesh_of_spins(law, pair, 0.2, spins, (0.0, 0.0)) for pair in (PAIR, table))
+        assert by_gears[0] == pytest.approx(8 * um, rel=1e-6)
+        assert by_table[:2] == pytest.approx(by_gears[:2], rel=1e-9)
+        assert by_table[2] == pytest.approx(by_gears[2], rel=1e-9)
 
 
 def test_both_shafts_turn_the_same_way_in_the_ratio_of_the_teeth(ste):
