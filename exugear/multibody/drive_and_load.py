@@ -175,11 +175,12 @@ class DriveAndLoad:
 
     def _restore_constraints_and_load(self) -> None:
         """Add what was removed, in its order, so that it has its numbers again."""
-        *constraints, load = self.removed or [None]
+        if not self.removed:
+            return
+        *constraints, load = self.removed
         for constraint in constraints:
             self.model.mbs.AddObject(constraint)
-        if load is not None:
-            self.model.mbs.AddLoad(load)
+        self.model.mbs.AddLoad(load)
 
     def _impose_as_functions_of_time(self) -> None:
         """Let the couplings of held rotors, or the contacts of held shafts, evaluate their imposed motions.
