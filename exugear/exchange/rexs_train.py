@@ -1,29 +1,33 @@
 """The gear train of a REXS file: stages between shafts and planetary sets, in the order of the power."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import atan2, cos, hypot, sin
 from typing import Any
 
 import xarray as xr
 
-from exugear.exchange.rexs_bearings import BEARINGS, STIFF, bearing_of
+from exugear.exchange.rexs_bearings import BEARINGS, STIFF, Options, bearing_of
 from exugear.exchange.rexs_file import Component
-from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters
+from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters, material_of
 from exugear.exchange.rexs_reading import Reading
 from exugear.exchange.rexs_shafts import (
     ShaftLayout,
     bearings_of,
+    continuous,
     gear_position,
     gears_on,
+    gravity_of,
     layout_of,
     masses_of,
     position_of,
+    torque_position,
     u_of_gear,
 )
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.shaft import Disc, Shaft
+from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
@@ -71,8 +75,8 @@ class Set:
 class Train:
     """Stages and sets of a file with their shafts and gears, of which gearboxes are made."""
 
-    def __init__(self, reading: Reading):
-        self.reading = reading
+    def __init__(self, reading: Reading, options: Options):
+        self.reading, self.options = reading, options
         self.layouts: dict[str, ShaftLayout] = {}
         self._names: dict[str, str] = {}
         file = reading.file
@@ -123,8 +127,9 @@ class Train:
         lost = [layout.component.title for layout in layouts.values() if not layout.known]
         require(not lost, f"positions of {lost} do not follow from stages; export support_vector")
 
-    def begin(self) -> None:
-        """Make all gears and shafts, each once."""
+    def begin(self, forces: Mapping[str, Mapping[float, ExternalForce]]) -> None:
+        """Make all gears and shafts, each once; forces: external ones by shaft and axial position [m]."""
+        self.gravity = gravity_of(self.reading)
         components = [gear for member in self.members for gear in _gears_of_member(member)]
         on_shafts = {
             name: [gear for gear in gears_on(self.reading, layout.component) if gear in components]
@@ -141,7 +146,8 @@ class Train:
             for pinion, wheel, a in self._mates(member):
                 self._shorten(pinion, wheel, a)
         for name, gears in on_shafts.items():
-            self._shafts[name] = self._shaft(name, [self._gears[gear.id] for gear in gears])
+            placed = [self._gears[gear.id] for gear in gears]
+            self._shafts[name] = self._shaft(name, placed, forces.get(name, {}))
 
     @property
     def first_shaft(self) -> str:
@@ -293,27 +299,59 @@ class Train:
         self.reading.vector(component, "u_axis_vector", "m")
         return axial, gear_of(self.reading, component, layout.at(axial))
 
-    def _shaft(self, name: str, gears: list[tuple[float, Gear]]) -> Shaft:
-        layout = self.layouts[name]
-        parts: dict[float, list] = {}
-        faces = [(axial - gear.b / 2, axial + gear.b / 2) for axial, gear in gears]
-        density = density_of(self.reading, layout.component)
-        discs = [*layout.bare_discs(faces, density), *masses_of(self.reading, layout)]
+    def _shaft(
+        self, name: str, gears: list[tuple[float, Gear]], forces: Mapping[float, ExternalForce]
+    ) -> Shaft:
+        layout, account = self.layouts[name], self.reading.account
         of_set = next((x for x in self.members if isinstance(x, Set) and name in x.shafts), None)
+        bearings: dict[float, Any] = {}
         if of_set is None:
-            bearings = bearings_of(self.reading, layout)
+            bearings = bearings_of(self.reading, layout, rolling=self.options.rolling)
         else:
-            bearings = {}
-            self.reading.account.assumed(
-                layout.component.title, "ideal bearings, as members of planetary sets only spin"
-            )
+            account.assumed(layout.component.title, "ideal bearings, as members of planetary sets only spin")
+        acting = self._acting(layout.component.title, bearings, forces)
+        masses, options = masses_of(self.reading, layout), {"gravity": self.gravity} if bearings else {}
+        sections = None
+        if of_set is None and self.options.elastic:
+            faces = [(axial - gear.b / 2, axial + gear.b / 2, gear.d_f) for axial, gear in gears if not gear.internal]
+            needed = [*(axial for axial, _ in (*gears, *masses)), *bearings, *acting]
+            sections = continuous(layout, needed, faces)
+        if sections:
+            discs = masses
+            options |= {"sections": sections.sections, "start": sections.start}
+            options |= {"material": material_of(self.reading, layout.component)}
+            end, positions = torque_position(self.reading, layout), [axial for axial, _ in gears]
+            length = sum(section[1] for section in sections.sections)
+            if end is not None and sections.start <= end <= sections.start + length:
+                inside = min(positions) < end < max(positions)
+                options |= {} if inside else {"torque_at": end}
+            for words in sections.assumed:
+                account.assumed(layout.component.title, words)
+        else:
+            covered = [(axial - gear.b / 2, axial + gear.b / 2) for axial, gear in gears]
+            discs = [*layout.bare_discs(covered, density_of(self.reading, layout.component)), *masses]
         if of_set and name == of_set.shafts[2]:
             discs += self._carrier_discs(of_set, bare=not discs)
-        for axial, part in [*gears, *discs, *bearings.items()]:
+        parts: dict[float, list] = {}
+        for axial, part in [*gears, *discs, *bearings.items(), *acting.items()]:
             parts.setdefault(axial, []).append(part)
-        shaft = Shaft(name, {axial: tuple(group) if len(group) > 1 else group[0] for axial, group in parts.items()})
-        self.reading.account.read(layout.component.title, f"{len(layout.sections)} sections, {shaft.mass:.4g} kg")
+        listed = {axial: tuple(group) if len(group) > 1 else group[0] for axial, group in parts.items()}
+        shaft = Shaft(name, listed, **options)
+        kind = "elastic where the plan shows that it matters" if sections else "rigid"
+        account.read(layout.component.title, f"{len(layout.sections)} sections, {shaft.mass:.4g} kg, {kind}")
         return shaft
+
+    def _acting(
+        self, title: str, bearings: Mapping[float, Any], forces: Mapping[float, ExternalForce]
+    ) -> Mapping[float, ExternalForce]:
+        """The external forces that bearings carry; others are left out in words."""
+        for axial, force in forces.items():
+            where = f"{force} at {axial / mm:.4g} mm"
+            if bearings:
+                self.reading.account.read(title, where)
+            else:
+                self.reading.account.left_out(title, f"{where}: ideal bearings take it")
+        return forces if bearings else {}
 
     def _carrier_discs(self, each: Set, *, bare: bool) -> list[tuple[float, Disc]]:
         """Side plates of a carrier; where it has no body at all, a disc of steel over its planets, as wide as they."""
@@ -383,8 +421,8 @@ class Train:
         for relation in self.reading.file.related("side", outer_part=layout.component.id):
             component = self.reading.file.components[relation.roles.get("assembly", layout.component.id)]
             if component.type in BEARINGS:
-                bearing = bearing_of(self.reading, component, None)
-                return None if bearing.radial >= STIFF else bearing
+                bearing = bearing_of(self.reading, component, None, rolling=False)
+                return None if bearing.radial >= STIFF else bearing  # type: ignore[union-attr]
         return None
 
     def _centre_distance(self, mesh: Mesh) -> float:

@@ -7,12 +7,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from exugear.exchange.rexs_loads import LoadCase
 from exugear.exchange.rexs_reading import Account
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Disc, Shaft
 from exugear.gearbox.stage import Stage
+from exugear.operation.load_spectrum import LoadCase
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import Sides
 from fem.microgeometry.modification import LeadCrowning, ProfileCrowning, RootRelief, TipRelief
@@ -216,7 +216,7 @@ class _Writing:
         for number, case in enumerate(cases, start=1):
             element = ElementTree.SubElement(self.cases, "load_case", id=str(number))
             torque = case.load * abs(gearbox.ratios[gearbox.driven.name])
-            self._of_case(element, self.unit, load_duration_fraction=(case.fraction, "%"))
+            self._of_case(element, self.unit, load_duration_fraction=(case.share, "%"))
             self._of_case(element, self.shafts[gearbox.driving.name], rotational_speed=(case.speed, "1 / min"))
             self._of_case(element, loads[gearbox.driving.name], torque_around_u_axis=(torque, "N m"))
 

@@ -28,6 +28,7 @@ from exugear.mesh_force.kernel_records import address_of, doubles_at, floats_at,
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
+from exugear.multibody.unbalance import add_unbalance
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.rolling_bearings.law import law_at, law_record, reaction
 from fem.support.numba_cache import compiled, kept
@@ -155,6 +156,8 @@ def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], e
             _add_rolling_bearing(mbs, nodes, rows, bearing)
         elif not bearing.linear:
             _add_bearing(mbs, nodes, rows, bearing)
+    for axial, unbalance in elastic.shaft.unbalances if elastic.spatial else ():
+        add_unbalance(mbs, nodes, elastic.at_bearing(axial)[:2], int(elastic.turning[0]), unbalance)
     return replace(built, number=number)
 
 
@@ -201,6 +204,7 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
         massMatrix=built.mass_beside(held=False),
         stiffnessMatrix=stiffness,
         dampingMatrix=damping,
+        forceVector=elastic.constant_load,
         forceUserFunction=function,
         jacobianUserFunction=elastic_jacobian,
     )

@@ -22,6 +22,7 @@ from exugear.multibody.model import (
     Mesh,
     Model,
     by_shaft,
+    constant_loads,
     end_coordinate,
     gear_spin,
     held_by_joints,
@@ -166,7 +167,7 @@ def _shared_among_planets(
     contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
     touches, secants = np.array(contacts).T
     sides = np.sign(forces)
-    loads = np.zeros(q.size)
+    loads = constant_loads(model)
     for end in conditions.ends:
         loads[model.turning[end.body]] += conditions.initial_torque(end)
     for index, torque in torques.items():

@@ -124,14 +124,13 @@ def _each(group) -> tuple:
 
 def _draw_body(ax: Axes, shaft: Shaft, height: float, style: dict[str, Any]):
     """Draw the shaft, and return its radius as a function of the axial position."""
-    sections = getattr(shaft, "sections", None)
-    if sections:
-        begin, bounds = 0.0, []
-        for section in sections:
-            box = Box(begin + section.length / 2, section.length, section.d_inner / 2, section.d / 2)
+    if shaft.cylinders:
+        bounds = []
+        for section in shaft.cylinders:
+            middle = (section.start + section.end) / 2
+            box = Box(middle, section.length, section.d_inner / 2, section.d / 2)
             _draw(ax, box, height, style, facecolor=SHAFT)
-            bounds.append((begin, begin + section.length, section.d / 2))
-            begin += section.length
+            bounds.append((section.start, section.end, section.d / 2))
         return lambda axial: max((r for a, b, r in bounds if a - mm <= axial <= b + mm), default=bounds[0][2])
     sizes = [abs(gear.d_f) for gear in shaft.gears.values() if isinstance(gear, Gear) and not gear.internal]
     ends = [

@@ -5,7 +5,8 @@
     0,            0.00,      0.12
 
 Columns stand in any order, separated by commas, semicolons, tabs or blanks. A unit that is missing, unknown or of
-another quantity, a missing or a further column, text, NaN, and points that are given twice are refused with the line.
+another quantity, a missing or a further column, a second header, text, NaN, and points that are given twice are refused
+with the line.
 """
 
 import re
@@ -57,6 +58,8 @@ def read_table(path, units: Mapping[str, str], *, optional: Iterable[str] = (), 
             missing = [name for name in units if name not in factors and name not in optional]
             require(not missing, f"{where} lacks the columns {missing}; the header must hold: {header}")
         elif line.strip() and not line.lstrip().startswith("#"):
+            second = f"{where} is a second header; keep one table in a file, remarks begin with #"
+            require("[" not in line, second)
             require(bool(factors), f"{where} comes before a header with units; begin with: {header}")
             rows[number] = _values(line.strip(), list(factors), where)
     require(bool(factors), f"{path} has no header with units; begin with: {header}")

@@ -72,7 +72,7 @@ def test_load_cases_of_a_spectrum(tmp_path):
         data.load_case(**case, **{load: {"torque_around_u_axis": (torque, "N m")}})
     cases = read(data, tmp_path).load_cases
     gear = 47 / 25 * 55 / 24
-    assert [case.fraction for case in cases] == pytest.approx([0.2, 0.8])
+    assert [case.share for case in cases] == pytest.approx([0.2, 0.8])
     assert [case.speed / rpm for case in cases] == pytest.approx([600, 3000])
     assert [case.load for case in cases] == pytest.approx([50 * gear, -10 * gear])
 
