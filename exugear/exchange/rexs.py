@@ -85,7 +85,10 @@ def read_rexs(
     require_within("damping_ratio", damping_ratio, 0, 1, remedy="(6 % of the critical damping: 0.06)")
     kinds = f'mesh must be "fem", "iso6336" or a function of pair and torque, got {mesh!r}'
     require(callable(mesh) or mesh in ("fem", "iso6336"), kinds)
-    for name, value, choice in (("shafts", shafts, ("elastic", "rigid")), ("bearings", bearings, ("rolling", "linear"))):
+    for name, value, choice in (
+        ("shafts", shafts, ("elastic", "rigid")),
+        ("bearings", bearings, ("rolling", "linear")),
+    ):
         require(value in choice, f"{name} must be one of {[*choice]}, got {value!r}")
     reading = Reading(read_file(path))
     train = Train(reading, Options(bearings == "rolling", shafts == "elastic"))

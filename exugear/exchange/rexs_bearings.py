@@ -148,9 +148,7 @@ def _stiffness_under(rolling: RollingBearing, component: int, force: float) -> n
     return np.abs(displaced(at).stiffness)
 
 
-def _rolling(
-    reading: Reading, component: Component, seat: float | None, direction: int
-) -> tuple[RollingBearing, bool]:
+def _rolling(reading: Reading, component: Component, seat: float | None, direction: int) -> tuple[RollingBearing, bool]:
     """The rolling bearing, and whether the file holds its inner geometry or all boundary dimensions and capacities.
 
     What the file lacks follows from usual proportions. direction: of bearings with a contact angle.

@@ -134,6 +134,9 @@ def _of_gear(d: float, from_middle: float, gear: Gear) -> float:
 def mass_of(sections: Sequence[Section], material: Material) -> list[tuple[float, Disc]]:
     """(axial position of the middle [m], body) of each section."""
     return [
-        ((section.start + section.end) / 2, Disc(*cylinder(material.density, section.length, section.d, section.d_inner)))
+        (
+            (section.start + section.end) / 2,
+            Disc(*cylinder(material.density, section.length, section.d, section.d_inner)),
+        )
         for section in sections
     ]

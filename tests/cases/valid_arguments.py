@@ -143,6 +143,8 @@ def instances() -> dict[str, Any]:
         fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm), bolted(), fem.Bush(radial=1e9, tangential=1e9),
         exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
         exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3), exugear.Placement(),
+        exugear.ExternalForce(y=-100.0), exugear.Unbalance(1e-3), exugear.LoadCase("case", 100.0, 10.0),
+        exugear.LoadSpectrum([exugear.LoadCase("case", 100.0, 10.0)], 3600.0),
         exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
         exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um), exugear.XuFriction(0.02, 0.4
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
@@ -166,6 +168,8 @@ def by_name() -> dict[str, Any]:
     linear_law().save(folder / "law.nc")
     (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
     (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
+    (folder / "cycle.csv").write_text("speed [rpm], load [N m], share [%]\n1000, 50, 100\n")
+    (folder / "motor.csv").write_text("speed [rpm], torque [N m]\n0, 50\n1000, 0\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
     quantity = ("z", 57.0, "1", "number of teeth")
@@ -232,6 +236,8 @@ def by_name() -> dict[str, Any]:
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "MeshForce.load.path": folder / "law.nc", "ste_from_table.path": folder / "te.csv",
         "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
+        "LoadSpectrum.from_table.path": folder / "cycle.csv", "MotorCurve.from_table.path": folder / "motor.csv",
+        "LoadSpectrum.from_table.gearbox": box,
         "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",
