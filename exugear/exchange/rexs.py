@@ -68,8 +68,8 @@ def read_rexs(
                     load cases; "iso6336", the constant stiffness of ISO 6336-1, method B, which excites nothing but is
                     there at once; or a function of a `fem.GearPair` and that torque [N m] which returns an STE map
     shafts          "elastic": shafts with sections get them, and `exugear.plan` keeps rigid what may be rigid; "rigid"
-    bearings        "rolling": rolling bearings whose file holds inner geometry, or dimensions and capacities, have their
-                    force law; "linear": their stiffness under a tenth of their capacity, which costs a run less
+    bearings        "rolling": rolling bearings whose file holds inner geometry, or dimensions and capacities, have
+                    their force law; "linear": their stiffness under a tenth of their capacity, at less cost of a run
     load_case       number of the load case, from 1 on, whose external forces act on the shafts
     damping_ratio   of every mesh, which files do not hold
     progress        whether to show bars with the time left

@@ -21,7 +21,7 @@ RIGID, STIFF, STIFF_TILT = 1e12, 5e9, 1e7
 SOFT = 1e4
 #: Damping over stiffness [s]: files do not hold it.
 DAMPING_TIME = 1e-5
-#: Radial displacements of a floating bearing's table, as shares of that under its static capacity.
+#: Radial displacements of a floating bearing's table, as shares of the largest.
 TABLE = np.linspace(0.0, 1.0, 13) ** 1.5
 #: Share of the dynamic capacity at which the stiffness is taken, and axial load over it of deep groove bearings.
 LOAD_SHARE, AXIAL_SHARE = 0.1, 0.3
@@ -44,7 +44,7 @@ FIXING, LARGEST_SHARE = ("deep groove", "angular contact"), 0.6
 
 
 class Options(NamedTuple):
-    """How a file becomes a gearbox: rolling bearings and shafts with sections, or linear stiffnesses and rigid shafts."""
+    """How a file becomes a gearbox: with laws of rolling bearings or linear ones, with elastic shafts or rigid ones."""
 
     rolling: bool = True
     elastic: bool = True
@@ -102,14 +102,14 @@ def _linear(
 
 
 def _floating(bearing: RollingBearing) -> Bearing:
-    """A ball bearing whose outer ring slides along its seat: radial force over displacement, up to the static capacity."""
+    """A ball bearing whose outer ring slides along its seat: radial force over displacement, as far as it is loaded."""
     most = LARGEST_SHARE * bearing.C
 
     def force(x: float) -> float:
         return abs(float(bearing.displaced([x, 0.0, 0.0, 0.0, 0.0]).force[0]))
 
     end = float(scipy.optimize.brentq(lambda x: force(x) - most, 0.0, FURTHEST, xtol=1e-10))
-    displacements = end * TABLE
+    displacements = (end * TABLE).tolist()
     return Bearing(table=(displacements, [force(x) for x in displacements]), damping_time=DAMPING_TIME)
 
 
@@ -178,9 +178,9 @@ def _rolling(reading: Reading, component: Component, seat: float | None, directi
         reading.account.assumed(
             component.title, f"{sizes} for a bore of {d / mm:.4g} mm, as the file lacks some of them"
         )
-    options = {"alpha": alpha, "direction": direction, "damping_time": DAMPING_TIME}
-    sizes = {"d": d, "D": outer, "B": width, "C": capacities[0], "C_0": capacities[1]}
-    return RollingBearing.from_catalogue(kind, **sizes, **options), known
+    boundary: dict[str, Any] = {"d": d, "D": outer, "B": width, "C": capacities[0], "C_0": capacities[1]}
+    options: dict[str, Any] = {"alpha": alpha, "direction": direction, "damping_time": DAMPING_TIME}
+    return RollingBearing.from_catalogue(kind, **boundary, **options), known
 
 
 def _detailed(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -125,7 +126,7 @@ def _cylinders(
     conical = any(abs(x[1] - x[0]) > CONE * max(x) for x in (outer, inner))
     edges = np.linspace(0.0, 1.0, CYLINDERS + 1 if conical else 2)
     pieces = []
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges):
         d, d_inner = (mean_diameter(*np.interp([first, last], [0, 1], ends)) for ends in (outer, inner))
         if d > d_inner:
             pieces.append((begin + first * length, begin + last * length, d, d_inner))
@@ -133,7 +134,7 @@ def _cylinders(
 
 
 class Continuous(NamedTuple):
-    """Sections end to end, (diameter, length, inner diameter) [m], the axial position of their begin, and what is assumed."""
+    """Axial position of the begin, (diameter, length, inner diameter) [m] of sections end to end, what is assumed."""
 
     start: float
     sections: list[tuple[float, float, float]]
@@ -160,7 +161,7 @@ def continuous(
     edges = [first, last, *(x for piece in pieces for x in piece[:2]), *(x for gear in gears for x in gear[:2])]
     bounds = [x for x in np.unique(np.round(edges, 9)) if first - SHORTEST <= x <= last + SHORTEST]
     sections: list[tuple[float, float, float]] = []
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for begin, end in pairwise(bounds):
         middle = (begin + end) / 2
         inside = [x for x in pieces if x[0] < middle < x[1]]
         if not inside:
@@ -176,7 +177,9 @@ def continuous(
             sections[-1] = (d, sections[-1][1] + end - begin, d_inner)
         elif end - begin > SHORTEST:
             sections.append((d, end - begin, d_inner))
-    return Continuous(float(bounds[0]), [tuple(map(float, x)) for x in sections], assumed)
+    return Continuous(
+        float(bounds[0]), [(float(d), float(length), float(d_inner)) for d, length, d_inner in sections], assumed
+    )
 
 
 def mean_diameter(begin: float, end: float) -> float:
@@ -199,15 +202,19 @@ def u_of_gear(reading: Reading, component: Component) -> float:
     return reading.number(component, "u_coordinate_on_shaft", "m", 0.0) + half
 
 
-def bearings_of(reading: Reading, layout: ShaftLayout, *, rolling: bool) -> dict[float, object]:
+def bearings_of(
+    reading: Reading, layout: ShaftLayout, *, rolling: bool, planets: Iterable[Component] = ()
+) -> dict[float, object]:
     """Bearings of a shaft by axial position [m]; one against another shaft counts as one in the housing.
 
     rolling   as of `bearing_of`
+    planets   shafts whose bearings belong to the pins of a carrier
     """
+    on_pins = [planet.id for planet in planets]
     bearings: dict[float, object] = {}
     for relation in reading.file.related("side", inner_part=layout.component.id):
         component = reading.file.components[relation.roles.get("assembly", layout.component.id)]
-        if component.type not in BEARINGS:
+        if component.type not in BEARINGS or relation.roles.get("outer_part") in on_pins:
             continue
         axial = layout.axial(reading.number(component, "u_coordinate_on_shaft_inner_side", "m"))
         reading.number(component, "u_coordinate_on_shaft_outer_side", "m", 0.0)

@@ -12,6 +12,7 @@ from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters, material_of
 from exugear.exchange.rexs_reading import Reading
 from exugear.exchange.rexs_shafts import (
+    SHORTEST,
     ShaftLayout,
     bearings_of,
     continuous,
@@ -150,8 +151,8 @@ class Train:
             self._gears |= {gear.id: self._placed_gear(self.layouts[name], gear) for gear in gears}
         for member in self.members:
             if isinstance(member, Set):
-                gears = [(x.layout, gear) for x in member.planets for gear in x.gears]
-                self._gears |= {gear.id: self._placed_gear(layout, gear) for layout, gear in gears}
+                on_planets = [(x.layout, gear) for x in member.planets for gear in x.gears]
+                self._gears |= {gear.id: self._placed_gear(layout, gear) for layout, gear in on_planets}
                 for alike in zip(*(x.gears for x in member.planets), strict=True):
                     kinds = {self._gears[gear.id][1] for gear in alike}
                     require(len(kinds) == 1, f"planets of {member.component.title} differ, which is not read: {kinds}")
@@ -333,8 +334,8 @@ class Train:
         of_set = next((x for x in self.members if isinstance(x, Set) and name in x.shafts), None)
         bearings = self._bearings(layout, of_set)
         acting = self._acting(layout.component.title, bearings, forces)
-        masses, options = masses_of(self.reading, layout), {"gravity": self.gravity} if bearings else {}
-        sections = None
+        masses, sections = masses_of(self.reading, layout), None
+        options: dict[str, Any] = {"gravity": self.gravity} if bearings else {}
         if of_set is None and self.options.elastic:
             faces = [(axial - gear.b / 2, axial + gear.b / 2, gear.d_f) for axial, gear in gears if not gear.internal]
             needed = [*(axial for axial, _ in (*gears, *masses)), *bearings, *acting]
@@ -344,10 +345,10 @@ class Train:
             options |= {"sections": sections.sections, "start": sections.start}
             options |= {"material": material_of(self.reading, layout.component)}
             end, positions = torque_position(self.reading, layout), [axial for axial, _ in gears]
-            length = sum(section[1] for section in sections.sections)
-            if end is not None and sections.start <= end <= sections.start + length:
+            last = sections.start + sum(section[1] for section in sections.sections)
+            if end is not None and sections.start - SHORTEST <= end <= last + SHORTEST:
                 inside = min(positions) < end < max(positions)
-                options |= {} if inside else {"torque_at": end}
+                options |= {} if inside else {"torque_at": min(max(end, sections.start), last)}
             for words in sections.assumed:
                 account.assumed(layout.component.title, words)
         else:
@@ -375,7 +376,8 @@ class Train:
         if layout.name in self.held:
             self.reading.account.assumed(title, "ideal bearings, as the housing holds it")
             return {}
-        bearings = bearings_of(self.reading, layout, rolling=False)
+        planets = [planet.layout.component for planet in of_set.planets]
+        bearings = bearings_of(self.reading, layout, rolling=False, planets=planets)
         if not holds(bearings):
             given = "has no bearings" if not bearings else "would be free on its bearings"
             self.reading.account.assumed(title, f"ideal bearings: it {given}")
@@ -433,7 +435,7 @@ class Train:
         x, y = self.layouts[member.shafts[0]].position
         angles = [atan2(each.layout.position[1] - y, each.layout.position[0] - x) for each in member.planets]
         (sun_pair, _), (ring_pair, _) = self.pairs(member)
-        options = {
+        options: dict[str, Any] = {
             "sun_pair": sun_pair,
             "ring_pair": ring_pair,
             "angles": angles,

@@ -2,8 +2,9 @@
 
 **Bending and tension.** Decoupled coordinates are the motion of the rigid shaft, x, y, z and rotations about x, y at
 its centre of mass, and amplitudes of elastic shapes. In bending the shapes span, in each of the two planes, the static
-deflections on the bearings under a force and a moment at each gear, under a force at each nonlinear bearing, external
-force and unbalance, and under the weight, and modes on the bearings: beyond the two in which the shaft moves as a rigid body, those that transmit most from gears to bearings.
+deflections on the bearings under a force and a moment at each gear, a force at each nonlinear bearing, external force
+and unbalance, and the weight, and modes on the bearings: beyond the two in which the shaft moves as a rigid body, those
+that transmit most from gears to bearings.
 In tension they are static displacements. Less their rigid motion, and orthogonal to one another in mass and stiffness,
 they leave diagonal matrices. The static compliance is exact.
 

@@ -262,7 +262,7 @@ class Shaft:
         self._derive("length", last - first)
         if self.torque_at is not None:
             within = f"torque_at of {owner} must lie in [{first:g}, {last:g}] m, got {self.torque_at:g}"
-            require(first <= self.torque_at <= last, within)
+            require(first - ROUNDING <= self.torque_at <= last + ROUNDING, within)
 
     def _derive(self, name: str, value: float) -> None:
         """Set a field by its value, which a shaft with sections may be given but not otherwise."""

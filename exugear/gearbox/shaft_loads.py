@@ -10,7 +10,7 @@ from fem.support.arguments import checked
 from fem.support.representation import short
 from fem.support.validation import require
 
-#: Largest force [N] or moment [N m], and acceleration by gravity [m/s^2]; the user is taken to mean another unit beyond.
+#: Largest force [N] or moment [N m], and acceleration [m/s^2], beyond which the user is taken to mean another unit.
 LARGEST_FORCE, LARGEST_GRAVITY = 1e9, 1e3
 #: Largest unbalance [kg m], beyond which the user is taken to mean g mm.
 LARGEST_UNBALANCE = 10.0

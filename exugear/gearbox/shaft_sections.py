@@ -66,7 +66,9 @@ def sections_of(owner: str, values: object) -> tuple[tuple[float, ...], ...]:
 def placed(sections: Sequence[Sequence[float]], start: float) -> tuple[Section, ...]:
     """Sections end to end from an axial position [m] on."""
     bounds = start + np.concatenate([[0.0], np.cumsum([section[1] for section in sections])])
-    return tuple(Section(*section, float(begin)) for section, begin in zip(sections, bounds, strict=False))
+    return tuple(
+        Section(d, length, d_inner, float(z)) for (d, length, d_inner), z in zip(sections, bounds, strict=False)
+    )
 
 
 def bounds_of(sections: Sequence[Section]) -> np.ndarray:

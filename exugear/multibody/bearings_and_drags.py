@@ -6,6 +6,7 @@ kernels read records.
 
 from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -55,7 +56,7 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
         k = linear_part(bearing, axial - shaft.centre)
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     part = np.ix_(coordinates.components, coordinates.components)
-    matrices = {"stiffnessMatrix": stiffness[part], "dampingMatrix": damping[part]}
+    matrices: dict[str, Any] = {"stiffnessMatrix": stiffness[part], "dampingMatrix": damping[part]}
     load = shaft.constant_load[coordinates.components]
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], forceVector=load, **matrices)]
     for axial, bearing in shaft.bearings.items():

@@ -70,8 +70,8 @@ class Mesh(BuiltMesh):
                                0 for a shaft with nonlinear bearings
     force_per_torque           (n_shaft,) mesh force that balances a torque about z on each shaft, the bearings not yet
                                displaced [1/m]
-    force_by_loads             mesh force that balances external forces and weight of both shafts [N]; 0 for a shaft with
-                               nonlinear bearings
+    force_by_loads             mesh force that balances external forces and weight of both shafts [N]; 0 for a shaft
+                               with nonlinear bearings
     free_system                the linear system in which the mesh is a spring between free coordinates, the other
                                meshes at their mean stiffness
     """

@@ -89,8 +89,8 @@ class LoadSpectrum:
         """A duty cycle by a table with a line for each load case.
 
         path      text file (CSV, or separated by blanks) under the header speed [rpm], load [N m], share [%]: speed of
-                  the driving shaft, torque on the driven shaft, share of the time. Instead of load the column torque, on
-                  the driving shaft; instead of share the column time [h]. Other units are converted
+                  the driving shaft, torque on the driven shaft, share of the time. Instead of load the column torque,
+                  on the driving shaft; instead of share the column time [h]. Other units are converted
         gearbox   whose ratio turns torque into load; only needed for that column
 
         Raises FileNotFoundError, and ValueError for a unit that is missing or unknown, NaN, a missing column, a second
@@ -105,10 +105,10 @@ class LoadSpectrum:
             needed = f"{path} holds the torque on the driving shaft; pass gearbox=, whose ratio gives the load"
             require(gearbox is not None, needed)
             table["load"] = table["torque"] / abs(gearbox.ratios[gearbox.driven.name])  # type: ignore[union-attr]
-        shares = table.get("share", table.get("time"))
-        negative = f"{path} holds a share or time of {np.min(shares):g}; times are >= 0"  # type: ignore[arg-type]
-        require(bool(np.min(shares) >= 0), negative)  # type: ignore[arg-type]
-        total = float(np.sum(shares))  # type: ignore[arg-type]
+        shares = table["share"] if "share" in table else table["time"]
+        total = float(shares.sum())
+        negative = f"{path} holds a share or time of {shares.min():g}; times are >= 0"
+        require(bool(shares.min() >= 0 and total > 0), negative)
         if "share" in table:
             sums = f"shares of {path} sum to {100 * total:.4g} %; complete the load cases, or pass the column time [h]"
             require(abs(total - 1) < ROUNDING, sums)

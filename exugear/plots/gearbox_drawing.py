@@ -43,7 +43,8 @@ def plot_gearbox(gearbox: Gearbox, ax: Axes | None = None, **style) -> Axes:
     """Side view of a gearbox to scale, its shafts unfolded into the plane of the drawing.
 
     Mates lie at their centre distance; of a planetary set one planet is drawn. Gears have their tip and root circles,
-    bearings are crossed out, arrows show external forces, shafts without sections have a nominal diameter, as dashed lines show.
+    bearings are crossed out, arrows show external forces. Shafts without sections have a nominal diameter, as dashed
+    lines show.
 
     style   of all bodies: matplotlib's edgecolor, linewidth, hatch, …
     """
