@@ -42,7 +42,7 @@ def draw(path: Path, model: exugear.Model, run: exugear.Run) -> None:
     figure.set_size_inches(11, 4.6)
     plots.plot_gearbox(model.gearbox, figure.axes[0])
     plots.plot_bearing_forces(run, figure.axes[1])
-    figure.savefig(path, dpi=100)
+    figure.savefig(path, dpi=100, bbox_inches="tight")
 
 
 def main(folder: Path, quick: bool = False) -> tuple[exugear.Model, exugear.Run, list[Path]]:

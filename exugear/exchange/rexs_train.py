@@ -1,6 +1,6 @@
 """The gear train of a REXS file: stages between shafts and planetary sets, in the order of the power."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, cos, hypot, isnan, nan, sin
 from typing import Any, NamedTuple
@@ -353,7 +353,7 @@ class Train:
                 account.assumed(layout.component.title, words)
         else:
             covered = [(axial - gear.b / 2, axial + gear.b / 2) for axial, gear in gears]
-            discs = [*layout.bare_discs(covered, density_of(self.reading, layout.component)), *masses]
+            discs = [*merged(layout.bare_discs(covered, density_of(self.reading, layout.component))), *masses]
         if of_set and name == of_set.shafts[2]:
             discs += self._carrier_discs(of_set, bare=not discs)
         parts: dict[float, list] = {}
@@ -458,7 +458,7 @@ class Train:
         first = self._gears[planet.at_sun.id][0]
         gears = [(axial + self._gears[gear.id][0] - first, self._gears[gear.id][1]) for gear in planet.gears]
         faces = [(at - gear.b / 2, at + gear.b / 2) for at, gear in gears]
-        discs = planet.layout.bare_discs(faces, density_of(self.reading, planet.layout.component))
+        discs = merged(planet.layout.bare_discs(faces, density_of(self.reading, planet.layout.component)))
         parts: dict[float, list] = {}
         for at, part in [*gears, *discs]:
             parts.setdefault(at, []).append(part)
@@ -505,6 +505,16 @@ class Train:
             return pair.backlash, ""
         assumed = ASSUMED_BACKLASH * pair.pinion.m_n
         return assumed, f"backlash of {assumed / um:.4g} um, {ASSUMED_BACKLASH:g} m_n, as the sizes leave none"
+
+
+def merged(discs: Sequence[tuple[float, Disc]]) -> list[tuple[float, Disc]]:
+    """Discs at axial positions [m] as a rigid body, at its centre of mass; none of none."""
+    if not discs:
+        return []
+    mass = sum(disc.mass for _, disc in discs)
+    centre = sum(disc.mass * axial for axial, disc in discs) / mass
+    transverse = sum(disc.transverse + disc.mass * (axial - centre) ** 2 for axial, disc in discs)
+    return [(centre, Disc(mass, sum(disc.inertia for _, disc in discs), transverse))]
 
 
 def holds(bearings: Mapping[float, Any]) -> bool:
