@@ -253,6 +253,8 @@ class Shaft:
         owner = f"shaft {self.name!r}"
         ratio = f"damping_ratio of {owner} must lie in [0, 0.5), got {self.damping_ratio:g}"
         require(0 <= self.damping_ratio < 0.5, f"{ratio}; steel shafts have 0.005 to 0.02")
+        begins = f"start of {owner} must lie within 10 m, got {self.start:g}; pass metres: 30*mm"
+        require(isfinite(self.start) and abs(self.start) < 10, begins)
         if self.sections is None:
             rigid = f"torque_at of {owner} needs sections=, between which and the gears the shaft twists"
             require(self.torque_at is None, f"{rigid}; leave it out, or pass sections=[(d, length), ...]")
@@ -289,8 +291,6 @@ class Shaft:
         for axial in self.parts:
             far = f"axial positions must lie within 10 m, got {axial:g}; pass metres: 30*mm"
             require(isfinite(axial) and abs(axial) < 10, far)
-        begins = f"start of shaft {self.name!r} must lie within 10 m, got {self.start:g}; pass metres: 30*mm"
-        require(isfinite(self.start) and abs(self.start) < 10, begins)
         if self.length is None:
             alone = f"start of shaft {self.name!r} is {self.start:g} m"
             require(self.start == 0, f"{alone}, which counts beside sections or a length only; pass one of them")

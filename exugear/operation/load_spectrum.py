@@ -1,8 +1,9 @@
 """Load cases and duty cycles: speed, load and share of the time of each operating point."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite, pi
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -12,12 +13,27 @@ from exugear.gearbox.shaft_loads import ExternalForce
 from fem.support.arguments import FilePath, checked
 from fem.support.representation import quantity
 from fem.support.tables import read_table
-from fem.support.validation import require, text_of
+from fem.support.validation import number, require, text_of
 
 #: Seconds of an hour; difference of the sum of shares from 1 that is rounding in a table.
 HOUR, ROUNDING = 3600.0, 0.01
 #: Columns of a table of load cases and their SI units.
 COLUMNS = {"speed": "rad/s", "torque": "N m", "load": "N m", "share": "1", "time": "s"}
+
+
+def check_torques(name: str, value) -> None:
+    """ValueError unless the value maps names of shafts to finite torques."""
+    named = isinstance(value, Mapping) and all(isinstance(shaft, str) for shaft in value)
+    require(named, f"{name} must map names of shafts to torques [N m], got {text_of(value)}")
+    for shaft, torque in value.items():
+        number(f"{name} of {shaft!r}", torque)
+
+
+def check_forces(name: str, value) -> None:
+    """ValueError unless the value maps names of shafts to external forces by axial position [m]."""
+    by_shaft = isinstance(value, Mapping) and all(isinstance(at, Mapping) for at in value.values())
+    forces = by_shaft and all(isinstance(force, ExternalForce) for at in value.values() for force in at.values())
+    require(forces, f"{name} must map shafts to {{axial position: ExternalForce(...)}}, got {text_of(value)}")
 
 
 @checked
@@ -39,8 +55,8 @@ class LoadCase:
     speed: float
     load: float
     share: float = 1.0
-    torques: dict[str, float] = field(default_factory=dict)
-    forces: dict[str, dict[float, ExternalForce]] = field(default_factory=dict)
+    torques: Annotated[Mapping[str, float], check_torques] = field(default_factory=dict)
+    forces: Annotated[Mapping[str, Mapping[float, ExternalForce]], check_forces] = field(default_factory=dict)
 
     def __post_init__(self):
         values = f"speed and load of {self.name!r} must be finite, got {self.speed} rad/s and {self.load} N m"
