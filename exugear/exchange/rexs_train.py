@@ -242,6 +242,8 @@ class Train:
     def note(self, members: Iterable[Mesh | Set]) -> None:
         """Note the pairs and what is assumed of them."""
         for member in members:
+            if any(self.gravity) and isinstance(member, Set):
+                self.reading.account.left_out(member.component.title, "weight of its planets, which orbit")
             for pair, _ in self.pairs(member):
                 self.reading.account.read(member.component.title, f"{pair}")
                 _, assumed = self._backlash(member.component, pair)
