@@ -185,8 +185,9 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
         k = rows.T @ linear_part(bearing, 0.0) @ rows
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     matrices = built.mass_beside(held=False), stiffness, damping, polar
-    spin = int(elastic.turning[0])
-    return add_matrices(mbs, f"{elastic.shaft.name} shaft", nodes, matrices, (spin, elastic.amplitude_rows), recorder)
+    measured_by = int(elastic.turning[0]), elastic.amplitude_rows
+    name, load = f"{elastic.shaft.name} shaft", elastic.constant_load
+    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, load)
 
 
 def add_matrices(
@@ -196,11 +197,13 @@ def add_matrices(
     matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     measured_by: tuple[int, np.ndarray],
     recorder: BodyRecorder,
+    load: np.ndarray | None = None,
 ) -> int:
     """Add an object with constant matrices on nodes, which records amplitudes; returns its number.
 
     matrices      mass, stiffness, damping, and gyroscopic moments per speed, (n, n)
     measured_by   index of the coordinate whose rate is that speed, and rows (m, n) of the amplitudes
+    load          (n,) constant forces
     """
     (mass, stiffness, damping, polar), (spin, rows), n = matrices, measured_by, len(matrices[0])
     room = np.zeros(2 * n), np.zeros(n)
@@ -225,7 +228,7 @@ def add_matrices(
         massMatrix=mass,
         stiffnessMatrix=stiffness,
         dampingMatrix=damping,
-        forceVector=elastic.constant_load,
+        forceVector=np.zeros(n) if load is None else load,
         forceUserFunction=function,
         jacobianUserFunction=elastic_jacobian,
     )

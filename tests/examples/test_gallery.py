@@ -177,7 +177,7 @@ def test_side_bands_and_ghost_of_a_real_pinion_are_those_of_its_transmission_err
 
 @pytest.mark.slow
 def test_a_crack_of_a_tenth_of_the_stiffness_is_told_through_noise_of_20_db(tmp_path):
-    """The change of the average since the sound gear: noise has a kurtosis of 3, the tooth with the crack stands out."""
+    """Change of the average since the sound gear: noise has a kurtosis of 3, the tooth with the crack stands out."""
     seen = growing_crack.main(tmp_path, quick=True)
     change = {lost: x[growing_crack.CHANGE].dropna("average").values for lost, x in seen.items()}
     assert (change[0.0] < 4.5).all()
