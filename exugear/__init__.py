@@ -11,6 +11,7 @@ from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
+from exugear.gearbox.shaft_loads import ExternalForce, Unbalance
 from exugear.gearbox.stage import Stage
 from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
@@ -29,6 +30,7 @@ from exugear.multibody.gear_friction import CreateGearFriction
 from exugear.multibody.gear_sensor import CreateGearSensor
 from exugear.multibody.model import Model
 from exugear.multibody.solver_settings import integrator
+from exugear.operation.load_spectrum import LoadCase, LoadSpectrum
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.planning.built_plan import BuiltPlan
@@ -84,8 +86,11 @@ __all__ = [
     "Disc",
     "Drag",
     "EnergyBalance",
+    "ExternalForce",
     "Gearbox",
     "InnerPlanets",
+    "LoadCase",
+    "LoadSpectrum",
     "MeshForce",
     "MeshFriction",
     "Model",
@@ -109,6 +114,7 @@ __all__ = [
     "Stage",
     "Torque",
     "TorqueSupport",
+    "Unbalance",
     "XuFriction",
     "__version__",
     "animate_gearbox",

@@ -73,6 +73,7 @@ TAKEN = {
             "Model.end_markers",
             "MeshForce.fixed_offsets",
             "EnergyBalance.losses",
+            "LoadCase.torques",
         ),
         "dict",
     ),

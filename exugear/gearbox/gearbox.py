@@ -110,6 +110,7 @@ class Gearbox:
         self._check_mates()
         self._check_item_names()
         self._place_shafts()
+        self._check_loads()
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, f"{ends}, or name driving= and driven=")
         object.__setattr__(self, "flank_senses", self._senses_of_flanks())
@@ -419,6 +420,12 @@ class Gearbox:
             alone = [axial / mm for axial in shaft.gears if (shaft.name, axial) not in mated]
             remedy = "add a stage or remove the gear"
             require(not alone, f"gear without mate on shaft {shaft.name!r} at {alone} mm; {remedy}")
+
+    def _check_loads(self) -> None:
+        """Require that no forces or weight act on planets, whose coordinates turn with their carrier."""
+        loaded = [shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.is_loaded]
+        turning = f"planets {loaded} have forces, unbalance or gravity, which is not modelled on shafts that orbit"
+        require(not loaded, f"{turning}; leave these out")
 
     def _place_shafts(self) -> None:
         traversal = traverse_shafts(self.stages)

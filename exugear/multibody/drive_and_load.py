@@ -85,7 +85,7 @@ class DriveAndLoad:
     removed: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self):
-        braked = any(held.end_rotor is None and held.drags for held in self.held)
+        braked = any(held.end_rotor is None and (held.drags or held.unbalances) for held in self.held)
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
         twists = any(held.end_rotor is None and held.name in self.model.elastics for held in self.held)
         self.constrained = braked or added or twists or self._observed()
@@ -349,9 +349,9 @@ def restored(model: Model) -> Iterator[None]:
 
 
 def set_holding_forces(model: Model, torques: np.ndarray) -> None:
-    """Mesh forces that balance torques about z (n_shaft,) [N m], by which contacts correct their damping."""
+    """Mesh forces that balance torques about z (n_shaft,) [N m] and loads, by which contacts correct their damping."""
     for mesh in model.meshes:
-        state_of(model.mbs, mesh.contact).holding_force = float(mesh.force_per_torque @ torques)
+        state_of(model.mbs, mesh.contact).holding_force = float(mesh.force_per_torque @ torques) + mesh.force_by_loads
 
 
 def _delete(mbs, name: str) -> None:

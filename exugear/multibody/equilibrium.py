@@ -22,6 +22,7 @@ from exugear.multibody.model import (
     Mesh,
     Model,
     by_shaft,
+    constant_loads,
     end_coordinate,
     gear_spin,
     held_by_joints,
@@ -179,7 +180,7 @@ def _shared_among_planets(
     torques = _torques_at_start(model, conditions, motion_of(model, accelerations))
     applied = conditions.initial_torques + conditions.initial_drags
     forces = forces_of_motion(box, applied, accelerations, conditions.anchors)
-    loads = np.zeros(q.size)
+    loads = constant_loads(model)
     for end in conditions.ends:
         loads[model.turning[end.body]] += conditions.initial_torque(end)
     for index, torque in torques.items():

@@ -258,6 +258,7 @@ def _cause_of_tilt(gearbox: Gearbox, shaft: Shaft) -> str:
         "its map has a misalignment axis": any("misalignment" in law.offsets for law in laws),
         "its mass lies beside its gear or planets": abs(shaft.centre - gear_position) > ROUNDING,
         "its bearings do not lie symmetrically about its gear or planets": _bearings_couple_tilt(shaft, gear_position),
+        "forces, unbalance or its weight act on it": shaft.is_loaded,
         "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
         "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
     }

@@ -199,7 +199,7 @@ def origin(model: Model, name: str) -> float:
 def ends(shaft: Shaft) -> tuple[float, float]:
     """Axial ends [m] of a shaft by its length, else by the parts that it carries."""
     if shaft.length is not None:
-        return 0.0, shaft.length
+        return shaft.start, shaft.start + shaft.length
     low = min([axial - gear.b / 2 for axial, gear in shaft.gears.items()] + list(shaft.parts))
     high = max([axial + gear.b / 2 for axial, gear in shaft.gears.items()] + list(shaft.parts))
     return low, high

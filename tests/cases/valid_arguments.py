@@ -155,6 +155,8 @@ def instances() -> dict[str, Any]:
         fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm), bolted(), fem.Bush(radial=1e9, tangential=1e9),
         exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
         exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3), exugear.Placement(),
+        exugear.ExternalForce(y=-100.0), exugear.Unbalance(1e-3), exugear.LoadCase("case", 100.0, 10.0),
+        exugear.LoadSpectrum([exugear.LoadCase("case", 100.0, 10.0)], 3600.0),
         exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
         exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um), exugear.XuFriction(0.02, 0.4
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
@@ -181,6 +183,8 @@ def by_name() -> dict[str, Any]:
     (folder / "chart.csv").write_text(chart)
     (folder / "trace.csv").write_text("tooth [1], axial [mm], removed [um]\n0, -9, 0\n0, 9, 1\n")
     (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
+    (folder / "cycle.csv").write_text("speed [rpm], load [N m], share [%]\n1000, 50, 100\n")
+    (folder / "motor.csv").write_text("speed [rpm], torque [N m]\n0, 50\n1000, 0\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
     quantity = ("z", 57.0, "1", "number of teeth")
@@ -254,6 +258,8 @@ def by_name() -> dict[str, Any]:
         "MeshForce.from_tooth_pairs.pairs": tooth_pairs(), "MeshForce.from_tooth_pairs.coast": None,
         "MeshForce.ste.torque": [10.0], "MeshForce.ste.phases": 4,
         "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
+        "LoadSpectrum.from_table.path": folder / "cycle.csv", "MotorCurve.from_table.path": folder / "motor.csv",
+        "LoadSpectrum.from_table.gearbox": smooth_box(),
         "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",
@@ -272,6 +278,7 @@ def by_name() -> dict[str, Any]:
         "step_angle": 0.0, "tooth": None, "exact_ratios.stages": [planetary()], "exact_ratios.driving": "sun",
         "exact_ratios.held": "ring",
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
+        "read_rexs.shafts": "rigid", "read_rexs.bearings": "linear", "read_rexs.load_case": 1,
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
         "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(),
