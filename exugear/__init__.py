@@ -15,6 +15,8 @@ from exugear.gearbox.stage import Stage
 from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
+from exugear.load_factors.flank_corrections import FlankCorrections, propose_flank_corrections
+from exugear.load_factors.load_distribution import DeflectedPair, deflected_pair, load_distribution
 from exugear.load_factors.planet_shares import planet_shares
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
@@ -76,9 +78,11 @@ __all__ = [
     "CreateGearContact",
     "CreateGearFriction",
     "CreateGearSensor",
+    "DeflectedPair",
     "Disc",
     "Drag",
     "EnergyBalance",
+    "FlankCorrections",
     "Gearbox",
     "InnerPlanets",
     "MeshForce",
@@ -110,6 +114,7 @@ __all__ = [
     "bearing_life",
     "build",
     "campbell",
+    "deflected_pair",
     "draw",
     "dte_envelope",
     "dynamic_factor",
@@ -122,6 +127,7 @@ __all__ = [
     "graphics",
     "integrator",
     "level",
+    "load_distribution",
     "member_orbit",
     "mesh_orders",
     "modes",
@@ -134,6 +140,7 @@ __all__ = [
     "planet_shares",
     "planetary_phases",
     "plots",
+    "propose_flank_corrections",
     "read_rexs",
     "recorded_signal",
     "report",

@@ -424,10 +424,14 @@ class Shaft:
     @cached_property
     def beam(self) -> Beam:
         """The finite elements of an elastic shaft, with nodes at all parts; ValueError without sections."""
+        return self.beam_through(())
+
+    def beam_through(self, axial: Sequence[float]) -> Beam:
+        """The finite elements of an elastic shaft with further nodes at axial positions [m] on the shaft."""
         if not self.sections:
             raise ValueError(f"shaft {self.name!r} has no sections; pass sections=[(d, length), ...]")
         toothed = dict(self._parts_of(Gear))
-        nodes = [*self.parts, *self.stations, self.end_position]
+        nodes = [*self.parts, *self.stations, self.end_position, *axial]
         pieces = cylinders_of(self.cylinders, nodes, toothed, ELEMENT)
         return beam_of(pieces, self.material, self.beside_sections)
 

@@ -101,6 +101,19 @@ def loads_over_flanks() -> xr.Dataset:
     return xr.Dataset(variables, axes, fem.ste_map(paper_pair(), [0, 1.0], [0.0], np.zeros((2, 1))).attrs)
 
 
+@cache
+def loaded_faces() -> xr.Dataset:
+    """The load over the face of the paper's pair."""
+    return exugear.load_distribution(loaded_box(), 100.0, mesh_stiffness=15e9)
+
+
+@cache
+def loaded_box() -> exugear.Gearbox:
+    """The paper's pair on two bearings a shaft."""
+    ball = exugear.Bearing(radial=2e8, axial=1e8)
+    return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
+
+
 def elastic_shaft() -> exugear.Shaft:
     """A shaft from sections."""
     ball = exugear.Bearing(radial=2e8, axial=1e8)
@@ -149,6 +162,8 @@ def instances() -> dict[str, Any]:
         elastic_shaft(), linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
         planetary(), exugear.RingSensor(0.5, np.cos),
+        exugear.propose_flank_corrections(loaded_box(), 100.0, mesh_stiffness=15e9, parts=8),
+        exugear.deflected_pair(loaded_box(), loaded_faces()),
         exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
         ravigneaux()[1], exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
@@ -249,6 +264,12 @@ def by_name() -> dict[str, Any]:
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
+        "load_distribution.loads": None, "propose_flank_corrections.loads": None, "mesh_stiffness": 15e9,
+        "parts": 8, "spread": 0.0, "deflected_pair.data": loaded_faces(), "deflected_pair.gearbox": loaded_box(),
+        "deflected_pair.mesh": None, "plot_line_load.data": loaded_faces(), "plot_line_load.mesh": None,
+        "plot_shaft_deflection.data": loaded_faces(), "plot_shaft_deflection.direction": "x",
+        "plot_shaft_deflection.shaft": "fast", "plot_bearing_loads.data": loaded_faces(),
+        "report.load_distribution": loaded_faces(),
         "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(),
         "bearing_life.shares": None,
         "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
