@@ -6,6 +6,7 @@ from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox, exact_ratios
+from exugear.gearbox.housing import Housing
 from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
@@ -84,6 +85,7 @@ __all__ = [
     "EnergyBalance",
     "FlankCorrections",
     "Gearbox",
+    "Housing",
     "InnerPlanets",
     "MeshForce",
     "MeshFriction",

@@ -22,6 +22,7 @@ from exugear.gearbox.bearing_law import potential
 from exugear.gearbox.constant_loads import IDLE, mesh_forces
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.housing import PER_SEAT, seat_label
 from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
@@ -141,7 +142,7 @@ class ElasticTrain:
 
 def bearing_label(shaft: Shaft, axial: float) -> str:
     """Name of a bearing in data, as in those of runs."""
-    return f"{shaft.name} at {axial * 1e3:g} mm"
+    return seat_label((shaft.name, axial))
 
 
 def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> ElasticTrain:
@@ -164,9 +165,13 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     statics = {shaft.name: static_shaft(shaft, points[shaft.name]) for shaft in gearbox.shafts}
     sizes = [static.free.size for static in statics.values()]
     first = dict(zip(statics, np.r_[0, np.cumsum(sizes)[:-1]].tolist(), strict=True))
-    n = sum(sizes)
+    housing, n_shafts = gearbox.housing, sum(sizes)
+    n = n_shafts + (PER_SEAT * len(housing.seats) if housing else 0)
     stiffness, load, free = np.zeros((n, n)), np.zeros(n), np.zeros(n, bool)
     supports = []
+    if housing:
+        moves = n_shafts + np.flatnonzero(housing.over_six.ravel())
+        stiffness[np.ix_(moves, moves)], free[moves] = housing.stiffness, True
     held = {*gearbox.independent, *gearbox.held}
     for shaft in gearbox.shafts:
         static, part = statics[shaft.name], slice(first[shaft.name], first[shaft.name] + statics[shaft.name].free.size)
@@ -180,9 +185,12 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
         if shaft.name in held:
             free[part] &= turned == 0
         for axial, bearing in shaft.bearings.items():
-            supports.append(
-                Support(shaft, axial, bearing, _over_all(n, first[shaft.name], static.motion_at(axial)[:5]))
-            )
+            rows = _over_all(n, first[shaft.name], static.motion_at(axial)[:5])
+            seat = housing.number_of(shaft.name, axial) if housing else None
+            if seat is not None:
+                at_seat = n_shafts + PER_SEAT * seat
+                rows[:, at_seat : at_seat + 5] -= np.eye(5)
+            supports.append(Support(shaft, axial, bearing, rows))
     meshes = []
     for face, force, open_mesh in zip(faces, forces, idle, strict=True):
         rows = np.zeros((parts, n))

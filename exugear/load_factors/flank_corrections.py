@@ -138,7 +138,7 @@ def _remainder(mesh: FaceMesh, gap: np.ndarray) -> tuple[float, float]:
 
 def _with(mesh: FaceMesh, parts: Sequence[Any]) -> FaceMesh:
     """The mesh with further modifications of the loaded flank of its pinion."""
-    pair = mesh.pair
+    pair: Any = mesh.pair
     pinion: Gear = pair.pinion
     left, right = pinion.drive_flank, pinion.coast_flank
     flank: Any = Sides((*left, *parts), right) if mesh.side > 0 else Sides(left, (*right, *parts))

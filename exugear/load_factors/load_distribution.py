@@ -9,7 +9,7 @@ shrinks by 1 - (1 + c_FE S)/(1 + c S), with the compliance S of shafts and beari
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,6 +17,7 @@ import xarray as xr
 from exugear.gearbox.bearing_law import potential
 from exugear.gearbox.constant_loads import given_loads, words_of
 from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.housing import PER_SEAT, seat_label
 from exugear.gearbox.shaft_sections import bounds_of
 from exugear.load_factors.elastic_statics import ElasticTrain, FaceMesh, elastic_train, face_of, solve
 from exugear.mesh_force.ring_pair import RingPair
@@ -98,14 +99,15 @@ def load_distribution(
                     effective misalignment F = F_beta_y and the mean line load q
     F_beta_y        effective misalignment (mesh) [m]: change of the gap by shafts, bearings, displacements and lead
                     modifications from end to end of the face, by its regression line; > 0 opens along z
-    gap             that gap (mesh, face) [m] without the deflection of the teeth, 0 where it is least; deflection_gap the
-                    part of it by displaced and deflected shafts, which `exugear.deflected_pair` puts on the flanks
+    gap             that gap (mesh, face) [m] without the deflection of the teeth, 0 where it is least
+    deflection_gap  its part by displaced and deflected shafts, which `exugear.deflected_pair` puts on the flanks
     mesh_force      [N] of each mesh; axial_position (mesh, face) [m] on the shaft of the pinion
     deflection      of the axes (shaft, direction, point) [m] at the positions axial (shaft, point) [m], without the
                     static displacement of a `Placement`
     tilt, twist     (shaft, axis, point) and (shaft, point) [rad]; twist from the end that is held on
     bearing_force   on the shaft (bearing, direction) [N]; bearing_moment (bearing, axis) [N m];
-    bearing_displacement, bearing_tilt   of the shaft against the housing [m, rad]
+    bearing_displacement, bearing_tilt   of the shaft against its seat [m, rad]; with a housing seat_displacement of
+                    the seats (seat, direction) [m]
     energy          (part) [J]: shafts, bearings and springs of the meshes; NaN of the teeth of finite elements
 
     Raises ValueError for bad input, loads that bearings do not carry (`NotCarried`), and shafts on carriers;
@@ -230,16 +232,18 @@ def by_contact(start: Solution, phases: int, resolution: Resolution) -> Solution
 def line_load_by_contact(mesh: FaceMesh, q: np.ndarray, phases: int, resolution: Resolution) -> np.ndarray:
     """(n_part,) line load [N/m] of the finite elements at coordinates q, mean over the mesh cycle.
 
-    Tip edges in contact have shorter levers than the line of action: the sum is scaled to the mesh force, by up to 0.5 %.
+    Tip edges in contact have shorter levers than the line of action: the sum is scaled to the mesh force.
     """
-    pair, torque, offsets = pair_under(mesh, mesh.misalignment * mesh.axial - mesh.rows @ q)
-    options = {"offsets": offsets, "resolution": resolution, "stations": mesh.axial.size, "progress": False}
-    loads = distribution_by_contact(pair, torque, phases, **options)["line_load"]
+    under = pair_under(mesh, mesh.misalignment * mesh.axial - mesh.rows @ q)
+    options = {"offsets": under.offsets, "resolution": resolution, "stations": mesh.axial.size, "progress": False}
+    loads = distribution_by_contact(under.pair, under.torque, phases, **options)["line_load"]
     line_load = loads.sum("pair").mean("phase").values[0][:: axis_of_pair(mesh)]
     return line_load * mesh.force / (line_load.sum() * mesh.part)
 
 
-class DeflectedPair(NamedTuple):
+@checked
+@dataclass(frozen=True)
+class DeflectedPair:
     """A pair whose flanks lie as its shafts hold them under a load.
 
     pair      its loaded flanks as left ones, the gap by the shafts as a `fem.Grid` on the pinion
@@ -248,7 +252,7 @@ class DeflectedPair(NamedTuple):
     """
 
     pair: GearPair
-    torque: float
+    torque: Finite
     offsets: Offsets
 
 
@@ -356,11 +360,14 @@ def _dataset(box: Gearbox, springs: Solution, solution: Solution, *, constant: b
     add("mesh_stiffness", ("mesh",), solution.stiffness, "N/m^2", "stiffness per face width of method B")
     _add_shafts(add, box, train, q)
     _add_bearings(add, train, q)
+    if box.housing:
+        at_seats = q[-PER_SEAT * len(box.housing.seats) :].reshape(-1, PER_SEAT)[:, :3]
+        add("seat_displacement", ("seat", "direction"), at_seats, "m", "displacement of the housing at its seats")
     shafts, bearings = train.energies(q)
     loads = zip(solution.line_loads, meshes, solution.stiffness, strict=True)
     teeth = sum(float((load**2).sum()) * mesh.part / (2 * c) for load, mesh, c in loads) if constant else np.nan
     add("energy", ("part",), [shafts, sum(bearings), teeth], "J", "strain energy")
-    coordinates = {
+    coordinates: dict[str, Any] = {
         "mesh": [*box.labels],
         "face": (
             "face",
@@ -379,6 +386,8 @@ def _dataset(box: Gearbox, springs: Solution, solution: Solution, *, constant: b
         ),
         "part": ["shafts", "bearings", "meshes"],
     }
+    if box.housing:
+        coordinates["seat"] = [seat_label(seat) for seat in box.housing.seats]
     return xr.Dataset(variables, coordinates)
 
 
@@ -388,7 +397,7 @@ def _add_shafts(add: Any, box: Gearbox, train: ElasticTrain, q: np.ndarray) -> N
     for shaft in box.shafts:
         static, at_nodes = train.shafts[shaft.name], train.motion_of(shaft.name, q)
         ends = bounds_of(shaft.cylinders)[[0, -1]] if shaft.sections else static.nodes[[0, -1]]
-        points = np.linspace(*ends, POINTS)
+        points = np.linspace(float(ends[0]), float(ends[1]), POINTS)
         positions.append(points)
         motions.append([np.interp(points, static.nodes, at_nodes[:, i]) for i in range(6)])
     motion = np.array(motions)

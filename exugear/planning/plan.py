@@ -260,6 +260,7 @@ def _cause_of_tilt(gearbox: Gearbox, shaft: Shaft) -> str:
         "its bearings do not lie symmetrically about its gear or planets": _bearings_couple_tilt(shaft, gear_position),
         "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
         "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
+        "its seats in the housing yield": gearbox.housing is not None and shaft.name in dict(gearbox.housing.seats),
     }
     return next((cause for cause, holds in causes.items() if holds), "")
 

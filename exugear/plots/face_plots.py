@@ -35,7 +35,7 @@ def plot_line_load(data: xr.Dataset, ax: Axes | None = None, *, mesh: str | None
         if not load.any():
             continue
         factors = f"$K_{{H\\beta}}$ {float(of_mesh['K_H_beta']):.3g}, method B {float(of_mesh['K_H_beta_B']):.3g}"
-        shown = merged(style, color=colour, label=f"{label}: {factors}")
+        shown = merged(style, color=colour, label=f"{label}\n{factors}")
         ax.plot(data["face"].values * width / mm, load / load.mean(), **shown)
     ax.axhline(1.0, color=GUIDE, linewidth=0.8, linestyle="--")
     ax.set(xlabel="axial position from the middle of the face [mm]", ylabel="line load over its mean")

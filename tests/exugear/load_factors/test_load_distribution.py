@@ -187,7 +187,7 @@ def test_corrections_even_out_the_load(load):
     before, after = proposal.table["K_H_beta"].values[0]
     assert after - 1 < 0.3 * (before - 1)
     pair = proposal.pairs["fast-slow"]
-    parts = {stage_end: gear for stage_end, gear in zip(("fast", "slow"), (pair.pinion, pair.wheel), strict=True)}
+    parts = dict(zip(("fast", "slow"), (pair.pinion, pair.wheel), strict=True))
     shafts = [
         exugear.Shaft(
             shaft.name,
