@@ -8,6 +8,7 @@ from .gear.gear import Gear
 from .gear.material import STEEL, Material
 from .gear.pinion_cutter import PinionCutter
 from .gear.rim_support import Bolts, Bush
+from .housing.reduction import ReducedHousing, reduce_housing
 from .microgeometry.deviation import Grid, PitchDeviation
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
@@ -56,6 +57,7 @@ __all__ = [
     "PitchDeviation",
     "ProfileCrowning",
     "Quantity",
+    "ReducedHousing",
     "Resolution",
     "RootRelief",
     "Sides",
@@ -76,6 +78,7 @@ __all__ = [
     "over_pitches",
     "pair_of",
     "peak_to_peak",
+    "reduce_housing",
     "ring_deflection",
     "root_stress",
     "save",

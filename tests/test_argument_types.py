@@ -34,7 +34,7 @@ MODULES = (
     *("exugear", "exugear.plots", "exugear.spectrum", "exugear.graphics"),
 )
 #: Arguments and classes that only solvers make: the extent of a flank, and fields of stress.
-ONLY_INSIDE = {"face"}, {"fem.stress.Field"}
+ONLY_INSIDE = {"face"}, {"fem.stress.Field", "fem.ReducedHousing"}
 WRONG: dict[str, Any] = {
     "None": None,
     "object": object(),

@@ -21,6 +21,7 @@ import scipy
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
+from fem.housing.reduction import ReducedHousing
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.validation import require, require_finite, text_of
 from fem.units import mm
@@ -113,6 +114,17 @@ class Housing:
         require(file.suffix == ".mtx", f"path must end in .npz or .mtx, got {file.name}")
         matrices = [None if each is None else _matrix_market(Path(each)) for each in (file, mass)]
         return cls(seats, matrices[0], mass=matrices[1], damping_time=damping_time)
+
+    @classmethod
+    @checked
+    def from_reduction(cls, reduced: ReducedHousing, seats: Sequence[Seat], *, damping_time: Finite = 0.0) -> "Housing":
+        """The housing of a mesh that `fem.reduce_housing` reduced.
+
+        seats   (name of the shaft, axial position [m]) in the order of the reduction; its axes are those of the gearbox
+
+        Its mass is that by the static shapes of the seats. Raises ValueError as the class.
+        """
+        return cls(seats, reduced.seat_stiffness, mass=reduced.seat_mass, damping_time=damping_time)
 
     @property
     def over_six(self) -> np.ndarray:

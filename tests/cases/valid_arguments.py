@@ -7,6 +7,7 @@ from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
+import meshio
 import numpy as np
 import xarray as xr
 from coupled_sets import ravigneaux
@@ -16,7 +17,8 @@ from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
 from rexs_files import two_stages as two_stages_of_rexs
 from ring_gears import COARSE, bolted, thin_ring_pair
 from scenes import linear_law, smooth_box, smooth_map
-from skfem import ElementQuad1
+from skfem import ElementQuad1, MeshHex
+from skfem.io.meshio import to_meshio
 
 import exugear
 import fem
@@ -114,6 +116,28 @@ def loaded_box() -> exugear.Gearbox:
     return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
 
 
+@cache
+def bar() -> meshio.Mesh:
+    """A bar as the mesh of a housing."""
+    return to_meshio(MeshHex.init_tensor(*(np.linspace(0, size, n) for size, n in ((0.3, 4), (0.1, 2), (0.1, 2)))))
+
+
+def bar_end(points: np.ndarray) -> np.ndarray:
+    """Whether points lie at the end of the bar."""
+    return points[0] > 0.299
+
+
+def bar_start(points: np.ndarray) -> np.ndarray:
+    """Whether points lie at its beginning."""
+    return points[0] < 0.001
+
+
+@cache
+def reduced_housing() -> fem.ReducedHousing:
+    """The bar, a seat at its end."""
+    return fem.reduce_housing(bar(), [bar_end], bar_start, modes=3)
+
+
 def elastic_shaft() -> exugear.Shaft:
     """A shaft from sections."""
     ball = exugear.Bearing(radial=2e8, axial=1e8)
@@ -162,6 +186,7 @@ def instances() -> dict[str, Any]:
         elastic_shaft(), linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
         planetary(), exugear.RingSensor(0.5, np.cos),
+        reduced_housing(), exugear.Housing([("fast", 0.0)], 1e8 * np.eye(6)),
         exugear.propose_flank_corrections(loaded_box(), 100.0, mesh_stiffness=15e9, parts=8),
         exugear.deflected_pair(loaded_box(), loaded_faces()),
         exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
@@ -179,6 +204,7 @@ def by_name() -> dict[str, Any]:
     fem.save(smooth_map(), folder / "map.nc")
     made["Run"].save(folder / "run.nc")
     linear_law().save(folder / "law.nc")
+    np.savez(folder / "housing.npz", K=1e8 * np.eye(6))
     (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
     (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
@@ -264,6 +290,13 @@ def by_name() -> dict[str, Any]:
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
+        "reduce_housing.mesh": bar(), "reduce_housing.seats": [bar_end], "reduce_housing.fixed": bar_start,
+        "reduce_housing.material": fem.STEEL, "reduce_housing.modes": 3,
+        "ReducedHousing.response.frequency": [10.0], "ReducedHousing.surface_velocity.frequency": [10.0],
+        "ReducedHousing.radiated_power.frequency": [10.0], "forces": np.ones((1, 6)), "damping_ratio": 0.02,
+        "Housing.from_file.path": folder / "housing.npz", "Housing.from_file.mass": None,
+        "Housing.from_file.seats": [("fast", 0.0)], "Housing.from_reduction.seats": [("fast", 0.0)],
+        "Housing.from_reduction.reduced": reduced_housing(),
         "load_distribution.loads": None, "propose_flank_corrections.loads": None, "mesh_stiffness": 15e9,
         "parts": 8, "spread": 0.0, "deflected_pair.data": loaded_faces(), "deflected_pair.gearbox": loaded_box(),
         "deflected_pair.mesh": None, "plot_line_load.data": loaded_faces(), "plot_line_load.mesh": None,
