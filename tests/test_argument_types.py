@@ -63,7 +63,7 @@ TAKEN = {
     ),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
     **dict.fromkeys(("SpeedReached.shaft", "Apart.stage", "RollingBearing.kind", "RollingBearing.estimate"), "string"),
-    **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
+    **dict.fromkeys(("save.data", "Run.data", "FlankCorrections.table", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
         (
             "Model.bodies",
@@ -73,6 +73,8 @@ TAKEN = {
             "Model.end_markers",
             "MeshForce.fixed_offsets",
             "EnergyBalance.losses",
+            "FlankCorrections.corrections",
+            "FlankCorrections.pairs",
         ),
         "dict",
     ),

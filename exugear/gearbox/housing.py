@@ -23,7 +23,7 @@ from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from fem.housing.reduction import ReducedHousing
 from fem.support.arguments import FilePath, Finite, checked
-from fem.support.validation import require, require_finite, text_of
+from fem.support.validation import numbers, require, require_finite, text_of
 from fem.units import mm
 
 #: Coordinates of a seat: x, y, z and rotations about x, y, z.
@@ -68,7 +68,7 @@ class Housing:
         require(0 <= self.damping_time < SLOW, late)
 
     def _matrix(self, name: str, values: object) -> np.ndarray:
-        n, matrix = len(self.seats), np.array(values, float)
+        n, matrix = len(self.seats), np.array(numbers(name, values))
         sizes = 3 * n, PER_SEAT * n
         square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] and matrix.shape[0] in sizes
         shapes = f"{name} must be ({sizes[1]}, {sizes[1]}) or ({sizes[0]}, {sizes[0]}) for {n} seats"
@@ -133,10 +133,12 @@ class Housing:
         moves[:, 3:] = len(self.stiffness) == PER_SEAT * len(self.seats)
         return moves
 
-    def number_of(self, shaft: str, axial: float) -> int | None:
-        """Number of the seat of a bearing; None where it stands on ground."""
-        at = [i for i, (name, position) in enumerate(self.seats) if name == shaft and abs(position - axial) < NEAR]
-        return at[0] if at else None
+
+def seat_number(housing: Housing | None, shaft: str, axial: float) -> int | None:
+    """Number of the seat of a bearing; None where it stands on ground."""
+    seats = () if housing is None else housing.seats
+    at = [i for i, (name, position) in enumerate(seats) if name == shaft and abs(position - axial) < NEAR]
+    return at[0] if at else None
 
 
 def seat_label(seat: Seat) -> str:

@@ -22,7 +22,7 @@ from exugear.gearbox.bearing_law import potential
 from exugear.gearbox.constant_loads import IDLE, mesh_forces
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.housing import PER_SEAT, seat_label
+from exugear.gearbox.housing import PER_SEAT, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
@@ -186,7 +186,7 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
             free[part] &= turned == 0
         for axial, bearing in shaft.bearings.items():
             rows = _over_all(n, first[shaft.name], static.motion_at(axial)[:5])
-            seat = housing.number_of(shaft.name, axial) if housing else None
+            seat = seat_number(housing, shaft.name, axial)
             if seat is not None:
                 at_seat = n_shafts + PER_SEAT * seat
                 rows[:, at_seat : at_seat + 5] -= np.eye(5)

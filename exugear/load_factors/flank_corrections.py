@@ -40,6 +40,7 @@ LARGEST_SPREAD = 1e-3
 MISSING = "lead modifications need a fem.GearPair"
 
 
+@checked
 @dataclass(frozen=True)
 class FlankCorrections:
     """Corrections of the pinions' loaded flanks, by label of the stage.

@@ -8,6 +8,7 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import tangent_stiffness
+from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.multibody.elastic_shafts import BuiltShaft
@@ -78,9 +79,7 @@ def on_housing(model: Model) -> Iterator[ElasticElement]:
 def _beside_housing(model: Model, shaft: Shaft) -> dict[float, Bearing | RollingBearing]:
     """The bearings of a shaft that stand on ground."""
     housing = model.gearbox.housing
-    return {
-        x: bearing for x, bearing in shaft.bearings.items() if not housing or housing.number_of(shaft.name, x) is None
-    }
+    return {x: bearing for x, bearing in shaft.bearings.items() if seat_number(housing, shaft.name, x) is None}
 
 
 def _over(built: BuiltShaft, matrix: np.ndarray, n: int) -> np.ndarray:

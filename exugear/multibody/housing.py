@@ -11,7 +11,7 @@ import numpy as np
 
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.housing import PER_SEAT, SeatCoupling, seat_coupling, seat_label
+from exugear.gearbox.housing import PER_SEAT, SeatCoupling, seat_coupling, seat_label, seat_number
 from exugear.gearbox.shaft import Shaft
 from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.exudyn_objects import node_of
@@ -59,7 +59,7 @@ def _check_drags(gearbox: Gearbox) -> None:
         seat_label((shaft.name, axial))
         for shaft in gearbox.shafts
         for axial, drag in shaft.drags
-        if drag.needs_load and gearbox.housing is not None and gearbox.housing.number_of(shaft.name, axial) is not None
+        if drag.needs_load and seat_number(gearbox.housing, shaft.name, axial) is not None
     ]
     require(not by_load, f"drags of the bearings {by_load} on seats of the housing need a load; pass load=... [N]")
 

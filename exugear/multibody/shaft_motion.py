@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
@@ -140,7 +141,7 @@ class BearingForces:
             forces = forces_on_seats(coupling, *seat_motions(coupling, motions, self.model.scene))
             bearings = [(name, axial) for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
             for row, bearing in enumerate(bearings):
-                if (seat := coupling.housing.number_of(*bearing)) is not None:
+                if (seat := seat_number(coupling.housing, *bearing)) is not None:
                     self.values[row, :, new] = forces[6 * seat : 6 * seat + 3]
         self.computed = number
 

@@ -8,7 +8,7 @@ import numpy as np
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.housing import seat_label
+from exugear.gearbox.housing import seat_label, seat_number
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
@@ -194,7 +194,7 @@ def _housing(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> str:
         seat_label((shaft.name, axial))
         for shaft in gearbox.shafts
         for axial in shaft.bearings
-        if gearbox.housing.number_of(shaft.name, axial) is None
+        if seat_number(gearbox.housing, shaft.name, axial) is None
     ]
     on_ground = f"; bearings {', '.join(ground)} stand on ground" if ground else ""
     return f"{text}{mass}{on_ground}"

@@ -202,6 +202,7 @@ def _matrices(basis: Basis, material: Material) -> tuple[sp.csr_matrix, sp.csr_m
 def _mesh_of(mesh: Any) -> MeshTet | MeshHex:
     """The mesh for scikit-fem; ValueError for other cells or units."""
     if isinstance(mesh, str | Path):
+        require(Path(mesh).is_file(), f"mesh must be a file or a meshio.Mesh, there is no file {text_of(mesh)}")
         mesh = meshio.read(mesh)
     require(isinstance(mesh, meshio.Mesh), f"mesh must be a file or a meshio.Mesh, got {text_of(mesh)}")
     kinds = sorted({block.type for block in mesh.cells})
