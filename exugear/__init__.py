@@ -16,8 +16,6 @@ from exugear.gearbox.stage import Stage
 from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
-from exugear.load_factors.flank_corrections import FlankCorrections, propose_flank_corrections
-from exugear.load_factors.load_distribution import DeflectedPair, deflected_pair, load_distribution
 from exugear.load_factors.planet_shares import planet_shares
 from exugear.load_factors.tooth_damage import SNCurve, tooth_damage
 from exugear.mesh_force.force import MeshForce
@@ -60,13 +58,15 @@ from exugear.signals.synchronous_average import residual_signal, synchronous_ave
 from exugear.steady_state.steady_states import steady_states
 from fem.support.version import __version__
 
-#: Modules and functions for pictures, imported on first use; functions of earlier versions, which are deprecated.
+#: Modules and functions for pictures and for contacts by finite elements, imported on first use; functions of earlier versions, which are deprecated.
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
     {
         "exchange.rexs": ["read_rexs"],
         "exchange.rexs_writing": ["write_rexs"],
+        "load_factors.flank_corrections": ["FlankCorrections", "propose_flank_corrections"],
+        "load_factors.load_distribution": ["DeflectedPair", "deflected_pair", "load_distribution"],
         "reporting": ["graphics"],
         "reporting.animation": ["animate_mode", "animate_pair"],
         "reporting.report": ["report"],

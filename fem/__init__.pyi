@@ -8,7 +8,8 @@ from .gear.gear import Gear
 from .gear.material import STEEL, Material
 from .gear.pinion_cutter import PinionCutter
 from .gear.rim_support import Bolts, Bush
-from .housing.reduction import ReducedHousing, reduce_housing
+from .housing.reduced_housing import ReducedHousing
+from .housing.reduction import reduce_housing
 from .microgeometry.deviation import Grid, PitchDeviation
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (

@@ -62,7 +62,17 @@ TAKEN = {
         "string",
     ),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
-    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage", "RollingBearing.kind", "RollingBearing.estimate"), "string"),
+    **dict.fromkeys(
+        (
+            "SpeedReached.shaft",
+            "Apart.stage",
+            "RollingBearing.kind",
+            "RollingBearing.estimate",
+            "Plan.housing",
+            "BuiltPlan.housing",
+        ),
+        "string",
+    ),
     **dict.fromkeys(("save.data", "Run.data", "FlankCorrections.table", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
         (

@@ -53,7 +53,7 @@ DOORS_TO_FEM = {
         "fem.ste.ste_map",
         "fem.ste.load_interpolation",
     ),
-    "fem.housing.reduction",
+    "fem.housing.reduced_housing",
     *("fem.contact.resolution", "fem.microgeometry.deviation", "fem.pair.mirror_image", "fem.stress.load_distribution"),
     *("fem.ste.map_sides", "fem.ste.te_measures", "fem.stress.fields", "fem.stress.cycle_fields"),
 }

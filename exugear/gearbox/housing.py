@@ -21,13 +21,11 @@ import scipy
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
-from fem.housing.reduction import ReducedHousing
+from fem.housing.reduced_housing import PER_SEAT, ReducedHousing
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.validation import numbers, require, require_finite, text_of
 from fem.units import mm
 
-#: Coordinates of a seat: x, y, z and rotations about x, y, z.
-PER_SEAT = 6
 #: Relative error of a matrix that is rounding; least eigenvalue of a matrix scaled to a unit diagonal.
 ROUNDING, LEAST = 1e-6, 1e-12
 #: Distance of a seat from its bearing that is rounding [m].

@@ -12,7 +12,7 @@ import numpy as np
 
 from exugear.gearbox.beam import Beam
 from exugear.gearbox.elastic_shaft import PLANES, rigid_motion
-from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft import Shaft, beam_through
 
 #: Components of the motion along and about the axis.
 AXIAL, SPIN = 2, 5
@@ -57,7 +57,7 @@ def static_shaft(shaft: Shaft, axial: Sequence[float]) -> StaticShaft:
         nodes = np.unique([*shaft.parts, *axial, shaft.centre])
         motions = np.array([rigid_motion(x - shaft.centre) for x in nodes])
         return StaticShaft(shaft, points, np.zeros((6, 6)), _free(shaft, 1), nodes, motions)
-    beam = shaft.beam_through([*axial])
+    beam = beam_through(shaft, [*axial])
     wanted = np.array([*shaft.parts, *shaft.stations, shaft.end_position, *axial])
     kept = np.unique(np.abs(beam.axial[:, None] - wanted).argmin(axis=0))
     stiffness, motions = _condensed(beam, kept)
