@@ -48,6 +48,7 @@ from exugear.signals.fault_orders import fault_orders
 from exugear.signals.levels import level, rms_sum
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
+from exugear.signals.radiated_power import radiated_power
 from exugear.signals.resonances import resonances
 from exugear.signals.ring_sensor import RingSensor
 from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
@@ -58,7 +59,8 @@ from exugear.signals.synchronous_average import residual_signal, synchronous_ave
 from exugear.steady_state.steady_states import steady_states
 from fem.support.version import __version__
 
-#: Modules and functions for pictures and for contacts by finite elements, imported on first use; functions of earlier versions, which are deprecated.
+#: Modules and functions for pictures and for contacts by finite elements, imported on first use; functions of earlier
+#: versions, which are deprecated.
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
@@ -153,6 +155,7 @@ __all__ = [
     "planetary_phases",
     "plots",
     "propose_flank_corrections",
+    "radiated_power",
     "read_rexs",
     "recorded_signal",
     "report",

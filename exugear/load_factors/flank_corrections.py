@@ -119,7 +119,9 @@ def propose_flank_corrections(
     constant = mesh_stiffness is not None
     factors = [[face_load_factor(x, at_ends=constant) for x in state.line_loads] for state in (before, after)]
     corrections = {label: _parts(*row) for label, row in zip(box.labels, amounts.tolist(), strict=True)}
-    pairs = {label: _with(mesh, corrections[label]).pair for label, mesh in zip(box.labels, train.meshes, strict=True)}
+    pairs: Any = {
+        label: _with(mesh, corrections[label]).pair for label, mesh in zip(box.labels, train.meshes, strict=True)
+    }
     table = _table(box, amounts, np.array(factors).T)
     return FlankCorrections(corrections, pairs, table.assign_attrs({"load": words_of(box, torques)}))
 

@@ -118,7 +118,7 @@ def load_distribution(
     box = gearbox.gearbox if isinstance(gearbox, Model) else gearbox
     resolution = Resolution() if resolution is None else resolution
     require_kind("resolution", resolution, Resolution)
-    require(4 <= parts <= 500, f"parts must lie in [4, 500], got {parts}; 20 are usual")
+    require(4 <= parts <= 200, f"parts must lie in [4, 200], got {parts}; 20 are usual")
     require(2 <= phases <= 200, f"phases must lie in [2, 200], got {phases}; 8 are usual")
     torques = given_loads(box, load, loads)
     train = elastic_train(box, torques, parts)
@@ -199,7 +199,7 @@ def axis_of_pair(mesh: FaceMesh) -> int:
 
 def loaded_pair(mesh: FaceMesh) -> GearPair:
     """The pair of a mesh with its loaded flanks as left ones."""
-    pair = mesh.pair
+    pair: Any = mesh.pair
     return pair if mesh.side > 0 else mirror_image(pair)
 
 
@@ -235,7 +235,12 @@ def line_load_by_contact(mesh: FaceMesh, q: np.ndarray, phases: int, resolution:
     Tip edges in contact have shorter levers than the line of action: the sum is scaled to the mesh force.
     """
     under = pair_under(mesh, mesh.misalignment * mesh.axial - mesh.rows @ q)
-    options = {"offsets": under.offsets, "resolution": resolution, "stations": mesh.axial.size, "progress": False}
+    options: dict[str, Any] = {
+        "offsets": under.offsets,
+        "resolution": resolution,
+        "stations": mesh.axial.size,
+        "progress": False,
+    }
     loads = distribution_by_contact(under.pair, under.torque, phases, **options)["line_load"]
     line_load = loads.sum("pair").mean("phase").values[0][:: axis_of_pair(mesh)]
     return line_load * mesh.force / (line_load.sum() * mesh.part)

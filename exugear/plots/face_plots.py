@@ -5,6 +5,7 @@ from itertools import cycle
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
 
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled
 from fem.support.arguments import checked
@@ -86,11 +87,11 @@ def plot_bearing_loads(data: xr.Dataset, ax: Axes | None = None, **style) -> Axe
     """
     require("bearing_force" in data and "bearing_axial" in data, MISSING)
     ax, force = axes_or_new(ax), data["bearing_force"]
-    radial = np.hypot(force.sel(direction="x"), force.sel(direction="y")).values / 1e3
+    radial = np.hypot(*(force.sel(direction=name).values for name in ("x", "y"))) / 1e3
     axial = np.abs(force.sel(direction="z").values) / 1e3
     at = np.arange(radial.size)
     for shift, values, colour, label in ((-0.2, radial, DISTINCT[0], "radial"), (0.2, axial, DISTINCT[1], "axial")):
-        ax.bar(at + shift, values, **{"width": 0.38, "color": colour, "label": label} | style)
+        ax.bar(at + shift, values, **merged(style, Rectangle, width=0.38, color=colour, label=label))
     ax.set_xticks(at, [str(name).replace(" at ", "\nat ") for name in data["bearing"].values])
     ax.set(ylabel="bearing force [kN]")
     legend(ax)

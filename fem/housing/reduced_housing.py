@@ -6,11 +6,12 @@ upper estimate below the coincidence frequency.
 
 from dataclasses import dataclass
 from math import pi
+from typing import Annotated, Any
 
 import numpy as np
 
 from fem.support.arguments import Finite, Numbers, checked
-from fem.support.validation import require, require_finite
+from fem.support.validation import require, require_finite, text_of
 
 __all__ = ["ReducedHousing"]
 
@@ -18,6 +19,18 @@ __all__ = ["ReducedHousing"]
 PER_SEAT = 6
 #: Density [kg/m^3] and speed of sound [m/s] of air.
 AIR = 1.204, 343.2
+
+
+def complex_numbers(name: str, values: Any) -> None:
+    """ValueError unless the values are real or complex numbers in rows of equal length."""
+    try:
+        kind = np.asarray(values).dtype.kind
+    except (TypeError, ValueError):
+        kind = "O"
+    require(kind in "fiuc", f"{name} must hold real or complex numbers, got {text_of(values)}")
+
+
+Amplitudes = Annotated[Any, complex_numbers]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,7 +76,7 @@ class ReducedHousing:
         return self.mass[:n, :n]
 
     @checked
-    def response(self, frequency: Numbers, forces: Numbers, *, damping_ratio: Finite = 0.02) -> np.ndarray:
+    def response(self, frequency: Numbers, forces: Amplitudes, *, damping_ratio: Finite = 0.02) -> np.ndarray:
         """(n_frequency, 6 n + m) complex amplitudes of the coordinates under harmonic forces on the seats.
 
         frequency      (n_frequency,) > 0 [Hz]
@@ -84,13 +97,13 @@ class ReducedHousing:
         return np.linalg.solve(dynamic, load[..., None])[..., 0]
 
     @checked
-    def surface_velocity(self, frequency: Numbers, forces: Numbers, *, damping_ratio: Finite = 0.02) -> np.ndarray:
+    def surface_velocity(self, frequency: Numbers, forces: Amplitudes, *, damping_ratio: Finite = 0.02) -> np.ndarray:
         """(n_frequency, n_facet) complex amplitudes of the normal velocity [m/s]; arguments as of `response`."""
         omega = 2 * pi * np.atleast_1d(np.asarray(frequency, float))
         return 1j * omega[:, None] * (self.response(frequency, forces, damping_ratio=damping_ratio) @ self.velocities.T)
 
     @checked
-    def radiated_power(self, frequency: Numbers, forces: Numbers, *, damping_ratio: Finite = 0.02) -> np.ndarray:
+    def radiated_power(self, frequency: Numbers, forces: Amplitudes, *, damping_ratio: Finite = 0.02) -> np.ndarray:
         """(n_frequency,) equivalent radiated power [W] into air, mean over time; arguments as of `response`.
 
         The level is 10 lg(P / 1e-12 W). All of the surface counts, inside and outside.

@@ -109,7 +109,8 @@ def _matrices(basis: Basis, material: Material) -> tuple[sp.csr_matrix, sp.csr_m
         stiff.append(k.ravel())
         heavy.append(mass.ravel())
     at_all, size = (np.concatenate(rows), np.concatenate(columns)), (3 * basis.N, 3 * basis.N)
-    return tuple(sp.csr_matrix((np.concatenate(x), at_all), size) for x in (stiff, heavy))  # type: ignore[return-value]
+    stiffness, mass = (sp.csr_matrix((np.concatenate(x), at_all), size) for x in (stiff, heavy))
+    return stiffness, mass
 
 
 def _mesh_of(mesh: Any) -> MeshTet | MeshHex:
