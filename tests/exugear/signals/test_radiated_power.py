@@ -41,7 +41,7 @@ def test_a_harmonic_force_radiates_by_the_response_at_its_frequency(frequency):
     power = exugear.radiated_power(data, bar(), SEATS, resolution=10.0, highest=1500.0)
     forces = np.array([[0.0, -2.0, -1.0, 0, 0, 0]])
     assert float(power["power"].sum()) == pytest.approx(float(bar().radiated_power([frequency], forces)[0]), rel=0.03)
-    assert float(power["frequency"][int(power["power"].argmax())]) == pytest.approx(frequency, abs=10.0)
+    assert float(power["frequency"][int(power["power"].values.argmax())]) == pytest.approx(frequency, abs=10.0)
     assert power.attrs["total_level"] == pytest.approx(10 * np.log10(float(power["power"].sum()) / 1e-12))
 
 
