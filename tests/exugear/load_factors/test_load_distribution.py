@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from valid_arguments import run_on_bearings
 
 import exugear
 import fem
@@ -216,6 +217,14 @@ def test_wrong_input_is_refused_in_words():
         exugear.load_distribution(helical_box(soft), 900.0, mesh_stiffness=15e9)
     with pytest.raises(ValueError, match="mesh must be one of"):
         exugear.deflected_pair(box, exugear.load_distribution(box, 900.0, mesh_stiffness=15e9), "a-b")
+
+
+def test_a_report_has_a_page_of_the_load_over_the_face(tmp_path):
+    data = exugear.load_distribution(helical_box(), 900.0, mesh_stiffness=15e9)
+    page = exugear.report(run_on_bearings(), tmp_path / "run.html", load_distribution=data)[0].read_text("utf-8")
+    assert "Load over the face" in page
+    assert "method B" in page
+    assert f"{float(data['K_H_beta'][0]):.3f}" in page
 
 
 def test_plots_show_line_loads_deflections_and_bearing_forces():
