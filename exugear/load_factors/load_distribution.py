@@ -186,8 +186,10 @@ def static_gap(mesh: FaceMesh) -> np.ndarray:
 
 
 def _lead(gear: Gear, axial: np.ndarray) -> np.ndarray:
-    """Material removed [m] at axial positions from the middle of a gear, mean over the profile."""
-    flank: Flank = tuple(part for part in gear.drive_flank if not isinstance(part, PitchDeviation))
+    """Material removed [m] at axial positions from the middle of a gear from all teeth, mean over the profile."""
+    flank: Flank = tuple(
+        part for part in gear.drive_flank if not (isinstance(part, PitchDeviation) or getattr(part, "differs", False))
+    )
     rolls = np.linspace(gear.roll_form, gear.roll_tip, ROLLS)
     return removed(flank, gear.face, rolls[:, None], axial).mean(axis=0)
 
