@@ -6,6 +6,7 @@ from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox, exact_ratios
+from exugear.gearbox.housing import Housing
 from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
@@ -49,6 +50,7 @@ from exugear.signals.fault_orders import fault_orders
 from exugear.signals.levels import level, rms_sum
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
+from exugear.signals.radiated_power import radiated_power
 from exugear.signals.resonances import resonances
 from exugear.signals.ring_sensor import RingSensor
 from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
@@ -59,13 +61,16 @@ from exugear.signals.synchronous_average import residual_signal, synchronous_ave
 from exugear.steady_state.steady_states import steady_states
 from fem.support.version import __version__
 
-#: Modules and functions for pictures, imported on first use; functions of earlier versions, which are deprecated.
+#: Modules and functions for pictures and for contacts by finite elements, imported on first use; functions of earlier
+#: versions, which are deprecated.
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
     {
         "exchange.rexs": ["read_rexs"],
         "exchange.rexs_writing": ["write_rexs"],
+        "load_factors.flank_corrections": ["FlankCorrections", "propose_flank_corrections"],
+        "load_factors.load_distribution": ["DeflectedPair", "deflected_pair", "load_distribution"],
         "reporting": ["graphics"],
         "reporting.animation": ["animate_gearbox", "animate_mode", "animate_pair"],
         "reporting.report": ["report"],
@@ -83,11 +88,14 @@ __all__ = [
     "CreateGearContact",
     "CreateGearFriction",
     "CreateGearSensor",
+    "DeflectedPair",
     "Disc",
     "Drag",
     "EnergyBalance",
     "ExternalForce",
+    "FlankCorrections",
     "Gearbox",
+    "Housing",
     "InnerPlanets",
     "LoadCase",
     "LoadSpectrum",
@@ -124,6 +132,7 @@ __all__ = [
     "build",
     "campbell",
     "condition_indicators",
+    "deflected_pair",
     "demodulate",
     "draw",
     "dte_envelope",
@@ -139,6 +148,7 @@ __all__ = [
     "graphics",
     "integrator",
     "level",
+    "load_distribution",
     "member_orbit",
     "mesh_orders",
     "modes",
@@ -151,6 +161,8 @@ __all__ = [
     "planet_shares",
     "planetary_phases",
     "plots",
+    "propose_flank_corrections",
+    "radiated_power",
     "read_rexs",
     "recorded_signal",
     "report",

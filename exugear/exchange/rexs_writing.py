@@ -111,6 +111,8 @@ class _Writing:
     def gearbox(self, gearbox: Gearbox) -> None:
         """All shafts with their parts, and the stages between them."""
         self._gravity(gearbox)
+        if gearbox.housing is not None:
+            self.account.left_out("housing", f"stiffness between {len(gearbox.housing.seats)} seats is not written")
         for shaft in gearbox.shafts:
             self._shaft(shaft, gearbox.shaft_positions[shaft.name], drives=shaft is gearbox.driving)
         for stage in gearbox.stages:

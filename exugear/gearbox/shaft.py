@@ -482,12 +482,7 @@ class Shaft:
     @cached_property
     def beam(self) -> Beam:
         """The finite elements of an elastic shaft, with nodes at all parts; ValueError without sections."""
-        if not self.sections:
-            raise ValueError(f"shaft {self.name!r} has no sections; pass sections=[(d, length), ...]")
-        toothed = dict(self._parts_of(Gear))
-        nodes = [*self.parts, *self.stations, self.end_position]
-        pieces = cylinders_of(self.cylinders, nodes, toothed, ELEMENT)
-        return beam_of(pieces, self.material, self.beside_sections)
+        return beam_through(self, ())
 
     @cached_property
     def twist(self) -> Coupling | None:
@@ -574,3 +569,13 @@ def blank(gear: Gear) -> Disc:
     """The body of a gear, by which `fem.Gear.mass` is told, as a disc."""
     check_rotor_mass(gear.mass)
     return Disc(gear.mass, gear.inertia, gear.transverse)
+
+
+def beam_through(shaft: Shaft, axial: Sequence[float]) -> Beam:
+    """The finite elements of an elastic shaft with further nodes at axial positions [m] on it; ValueError without."""
+    if not shaft.sections:
+        raise ValueError(f"shaft {shaft.name!r} has no sections; pass sections=[(d, length), ...]")
+    toothed = dict(shaft._parts_of(Gear))
+    nodes = [*shaft.parts, *shaft.stations, shaft.end_position, *axial]
+    pieces = cylinders_of(shaft.cylinders, nodes, toothed, ELEMENT)
+    return beam_of(pieces, shaft.material, shaft.beside_sections)

@@ -38,6 +38,7 @@ from exugear.multibody.elastic_rings import (
 from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
+from exugear.multibody.housing import add_housing
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
@@ -94,6 +95,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         name: add_elastic_shaft(mbs, elastic, of_gears[name], rotors.get(elastic.shaft.end_name))
         for name, elastic in scene.elastic.items()
     }
+    add_housing(mbs, gearbox, scene, bodies, elastics)
     end_markers = {
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts

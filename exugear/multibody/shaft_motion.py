@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import (
@@ -15,6 +16,7 @@ from exugear.gearbox.shaft_dynamics import (
     unbalance_torques,
 )
 from exugear.multibody.drive_and_load import ShaftTorques
+from exugear.multibody.housing import coupling_of, forces_on_seats, seat_motions
 from exugear.multibody.model import Model, is_first
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
@@ -137,6 +139,15 @@ class BearingForces:
             first, last = last, last + len(shaft.bearings)
             elastic = self.model.scene.elastic.get(shaft.name)
             bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new], elastic)
+        if coupling := coupling_of(self.model.gearbox, self.model.scene):
+            motions = {
+                name: (shaft, q[new], q_t[new]) for name, (shaft, q, q_t) in motions_on_bearings(self.model).items()
+            }
+            forces = forces_on_seats(coupling, *seat_motions(coupling, motions, self.model.scene))
+            bearings = [(name, axial) for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
+            for row, bearing in enumerate(bearings):
+                if (seat := seat_number(coupling.housing, *bearing)) is not None:
+                    self.values[row, :, new] = forces[6 * seat : 6 * seat + 3]
         self.computed = number
 
     def variables(self, number: int, displacement: bool) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from exugear.plots.diagnosis_plots import (
     plot_envelope_spectrum,
     plot_synchronous_average,
 )
+from exugear.plots.face_plots import plot_bearing_loads, plot_line_load, plot_shaft_deflection
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.gearbox_drawing import plot_gearbox
@@ -37,6 +38,7 @@ __all__ = [
     "DISTINCT",
     "figure",
     "plot_bearing_forces",
+    "plot_bearing_loads",
     "plot_branches",
     "plot_campbell",
     "plot_condition_indicators",
@@ -50,6 +52,7 @@ __all__ = [
     "plot_gearbox",
     "plot_gears",
     "plot_levels",
+    "plot_line_load",
     "plot_load_distribution",
     "plot_load_factors",
     "plot_load_sharing",
@@ -70,6 +73,7 @@ __all__ = [
     "plot_root_stress",
     "plot_run_up",
     "plot_section",
+    "plot_shaft_deflection",
     "plot_side_bands",
     "plot_solid",
     "plot_spectrogram",
