@@ -124,6 +124,14 @@ def test_a_run_keeps_the_modes_of_its_ring(tmp_path):
             assert np.abs(difference).max() < 0.05 * np.ptp(slope.values)
 
 
+def test_the_report_lists_the_modes_of_the_ring(tmp_path):
+    run = exugear.run_up(exugear.build(box_on_ring()), speed=100.0, load=200.0, duration=0.01, **OPTIONS)
+    exugear.report(run, tmp_path / "ring.html")
+    page = (tmp_path / "ring.html").read_text(encoding="utf-8")
+    assert "Modes of the ring on its supports" in page
+    assert f"{float(ring_modes()['frequency'][0]):.5g}" in page
+
+
 def test_the_plan_tells_what_the_ring_does():
     with_modes, without = (
         str(exugear.plan(exugear.Gearbox([x], held="ring"))) for x in (set_on_ring(), set_on_ring(modes=False))
