@@ -304,6 +304,8 @@ class Planetary:
         supports = f"ring {self.ring.name!r} must have no bearings beside ring_modes, whose supports hold its rim"
         free = not self.ring.bearings and not self.ring.torque_supports and self.ring.offset == NO_DISPLACEMENT
         require(free, f"{supports}; leave bearings, TorqueSupport and offset= out")
+        tight = "ring_modes move both flanks of the ring, but its pair has no backlash"
+        require(self.ring_pair.backlash > 0, f"{tight}; give thinner teeth, Gear(s_n=...), or another GearPair(a=...)")
         unlike = f"ring_modes are of {pair_of(self.ring_modes).wheel}, the ring is {self.ring_pair.wheel}"
         require(pair_of(self.ring_modes).wheel == self.ring_pair.wheel, f"{unlike}; pass fem.ring_modes(ring_pair)")
 
