@@ -33,6 +33,7 @@ FOLDERS = (
     "exugear/steady_state",
     "exugear/signals",
     "exugear/load_factors",
+    "exugear/study",
     "exugear/plots",
     "exugear/reporting",
 )
