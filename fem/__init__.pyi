@@ -31,6 +31,7 @@ from .ste.ring_deflection import ring_deflection
 from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.transmission import static_transmission_error
+from .stress.flank_measures import flank_measures
 from .stress.load_distribution import load_distribution
 from .stress.load_factors import load_factors
 from .stress.root_stress import root_stress
@@ -65,6 +66,7 @@ __all__ = [
     "__version__",
     "dynamic",
     "explicit",
+    "flank_measures",
     "hexahedra",
     "iso6336",
     "load",

@@ -53,6 +53,7 @@ DOORS_TO_FEM = {
         "fem.ste.ste_map",
         "fem.ste.load_interpolation",
     ),
+    *("fem.contact.resolution", "fem.stress.flank_measures"),
     *("fem.ste.map_sides", "fem.ste.te_measures", "fem.stress.fields", "fem.stress.cycle_fields"),
 }
 FENCES = {

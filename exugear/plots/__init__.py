@@ -1,6 +1,7 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.branch_plots import plot_branches
+from exugear.plots.design_plots import flank_drawing, plot_flank, plot_landscape, plot_pareto_front
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.gearbox_drawing import plot_gearbox
@@ -31,6 +32,7 @@ from exugear.plots.stress_plots import (
 __all__ = [
     "DISTINCT",
     "figure",
+    "flank_drawing",
     "plot_bearing_forces",
     "plot_branches",
     "plot_campbell",
@@ -40,8 +42,10 @@ __all__ = [
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
+    "plot_flank",
     "plot_gearbox",
     "plot_gears",
+    "plot_landscape",
     "plot_levels",
     "plot_load_distribution",
     "plot_load_factors",
@@ -54,6 +58,7 @@ __all__ = [
     "plot_order_cuts",
     "plot_order_map",
     "plot_outlines",
+    "plot_pareto_front",
     "plot_peak_pressure",
     "plot_phase_sums",
     "plot_planet_shares",

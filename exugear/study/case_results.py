@@ -23,10 +23,13 @@ def as_dataset(returned: Any, apart_from: Iterable[str] = ()) -> xr.Dataset:
         returned = {RESULT: returned}
     wanted = isinstance(returned, Mapping | xr.Dataset)
     require(wanted, f"the function must return {KINDS}, got {text_of(returned)}")
+    items = returned.items() if isinstance(returned, Mapping) and not isinstance(returned, xr.Dataset) else ()
+    bare = [name for name, values in items if not isinstance(values, tuple | xr.DataArray) and np.ndim(values)]
+    require(not bare, f"the function must return {KINDS}; name the dims of arrays, as in ('phase', values), of {bare}")
     try:
         data = returned.copy() if isinstance(returned, xr.Dataset) else xr.Dataset(returned)
     except Exception as error:
-        raise ValueError(f"the function must return {KINDS}; name the dims of arrays ({error})") from None
+        raise ValueError(f"the function must return {KINDS}, got {error}") from None
     twice = [name for name in (*apart_from, CASE, FAILURE) if name in data.variables or name in data.dims]
     require(not twice, f"the function must not return {twice}, which are names of the case; rename them")
     unknown = [str(name) for name, values in data.variables.items() if values.dtype.kind not in "bifcuSU"]

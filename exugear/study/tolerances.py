@@ -156,7 +156,8 @@ def sobol_indices(
     shares = np.clip(shares, 1e-12, 1 - 1e-12)
     columns = [distribution.ppf(column) for distribution, column in zip(tolerances.values(), shares.T, strict=True)]
     cases = [dict(zip(names, row, strict=True)) for row in np.stack(columns, axis=1).tolist()]
-    require(not draws_random_numbers(function), "function must not draw rng: all of its variance must come from the tolerances")
+    draws = "function must not draw rng, as all of its variance must come from the tolerances"
+    require(not draws_random_numbers(function), draws)
     data = sweep(function, cases, executor=executor, store=store, progress=progress)
     failed = np.flatnonzero(data["failure"].values != "")
     reason = data["failure"].values[failed[0]] if failed.size else ""

@@ -178,6 +178,7 @@ print("whole")
 """
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_without_loss_and_repetition(tmp_path):
     script, calls, store = tmp_path / "killed.py", tmp_path / "calls", tmp_path / "store"
     script.write_text(KILLED)
