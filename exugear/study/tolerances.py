@@ -13,8 +13,8 @@ from exugear.study.sweep import check_seed, draws_random_numbers, sweep
 from fem.support.arguments import FilePath, checked
 from fem.support.validation import require, require_finite, text_of
 
-#: Name of the dimension of the tolerances.
-TOLERANCE = "tolerance"
+#: Name of the dimension of the tolerances: xarray keeps "tolerance" for itself.
+PARAMETER = "parameter"
 #: Attribute that names the tolerances of the cases.
 VARIED = "tolerances"
 #: Cases without which a rank correlation says nothing.
@@ -78,7 +78,7 @@ def monte_carlo(
 
 @checked
 def rank_correlation(data: xr.Dataset) -> xr.Dataset:
-    """Spearman's rank correlation of every result with every tolerance, over the dimension `tolerance`.
+    """Spearman's rank correlation of every result with every tolerance, over the dimension `parameter`.
 
     data    of `exugear.monte_carlo`, or of a sweep whose values differ: ten cases or more with a result
 
@@ -95,10 +95,10 @@ def rank_correlation(data: xr.Dataset) -> xr.Dataset:
             over = [dim for dim in values.dims if dim != CASE]
             pairs = np.array([_spearman(data[key].values, values.transpose(CASE, *over).values) for key in names])
             about = {"units": "1", "long_name": f"rank correlation of {values.attrs.get('long_name', name)}"}
-            variables[name] = (TOLERANCE, *over), pairs[:, 0], about
-            variables[f"{name}_p_value"] = (TOLERANCE, *over), pairs[:, 1], {"units": "1"}
+            variables[name] = (PARAMETER, *over), pairs[:, 0], about
+            variables[f"{name}_p_value"] = (PARAMETER, *over), pairs[:, 1], {"units": "1"}
     axes = {name: values for name, values in data.coords.items() if CASE not in values.dims}
-    return xr.Dataset(variables, axes | {TOLERANCE: names})
+    return xr.Dataset(variables, axes | {PARAMETER: names})
 
 
 def _varied(data: xr.Dataset) -> list[str]:
@@ -143,7 +143,7 @@ def sobol_indices(
     number      of points, a power of two; number (n + 2) cases are computed for n tolerances
     seed        of the points; the other arguments as for `exugear.monte_carlo`
 
-    Returns for each result over `tolerance`: `<name>_first_order`, the share of the variance by this tolerance alone,
+    Returns for each result over `parameter`: `<name>_first_order`, the share of the variance by this tolerance alone,
     and `<name>_total`, with all that it adds together with others; `<name>_variance`. Estimates scatter about their
     value by some 1 / sqrt(number). Raises ValueError where a case fails. Source: scipy.stats.sobol_indices (Saltelli).
     """
@@ -167,7 +167,7 @@ def sobol_indices(
         if values.dtype.kind in "fiu":
             _add_indices(variables, str(name), values, (number, n))
     axes = {name: values for name, values in data.coords.items() if CASE not in values.dims}
-    return xr.Dataset(variables, axes | {TOLERANCE: names}, {"seed": seed, "number": number})
+    return xr.Dataset(variables, axes | {PARAMETER: names}, {"seed": seed, "number": number})
 
 
 def _add_indices(variables: dict[str, Any], name: str, values: xr.DataArray, shape: tuple[int, int]) -> None:
@@ -185,6 +185,6 @@ def _add_indices(variables: dict[str, Any], name: str, values: xr.DataArray, sha
         first[:, column], total[:, column] = indices.first_order.ravel(), indices.total_order.ravel()
     about = values.attrs.get("long_name", name)
     share = {"units": "1", "long_name": f"share of the variance of {about}"}
-    variables[f"{name}_first_order"] = (TOLERANCE, *over), first.reshape(n, *rest), share
-    variables[f"{name}_total"] = (TOLERANCE, *over), total.reshape(n, *rest), share
+    variables[f"{name}_first_order"] = (PARAMETER, *over), first.reshape(n, *rest), share
+    variables[f"{name}_total"] = (PARAMETER, *over), total.reshape(n, *rest), share
     variables[f"{name}_variance"] = tuple(over), variance.reshape(rest), {"long_name": f"variance of {about}"}

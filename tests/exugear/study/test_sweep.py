@@ -11,10 +11,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import scenes
 import studies
 import xarray as xr
 
 import exugear
+import fem
+from fem.units import mm, rpm
 
 RADII = [{"radius": 1.0}, {"radius": 2.0, "colour": "blue"}, {"radius": 0.5}]
 quiet_sweep = partial(exugear.sweep, progress=False)
@@ -168,6 +171,8 @@ KILLED = """
 import sys, time
 from functools import partial
 import exugear
+import fem
+from fem.units import mm, rpm
 def slow(number):
     time.sleep(0.02)
     with open(sys.argv[2], "a") as calls:
@@ -226,3 +231,23 @@ def test_a_local_cluster_of_dask_gives_the_same(tmp_path):
         on_cluster = quiet_sweep(studies.noisy, cases, seed=4, executor=client.get_executor(), store=tmp_path)
     xr.testing.assert_identical(on_cluster, here)
     assert len(list(tmp_path.glob("*.nc"))) == 20
+
+
+@pytest.mark.slow
+def test_stiffer_bearings_raise_the_resonance_and_damping_lowers_its_height():
+    """A sweep over a gearbox: steady states of the paper's pair on bearings share a map."""
+    ste = scenes.smooth_map()
+
+    def resonance(stiffness, ratio):
+        pair, ball = fem.pair_of(ste), exugear.Bearing(radial=stiffness, axial=1e8, damping_time=5e-6)
+        parts = [{-30 * mm: ball, 0.0: gear, 30 * mm: ball} for gear in (pair.pinion, pair.wheel)]
+        shafts = [exugear.Shaft(name, part) for name, part in zip(("fast", "slow"), parts, strict=True)]
+        model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, ste, damping_ratio=ratio)]))
+        states = exugear.steady_states(model, speed=(900 * rpm, 2400 * rpm), load=150.0, progress=False)
+        largest = states.isel(point=int(states["rms"].argmax("point")))
+        return {"frequency": largest["mesh_frequency"], "rms": largest["rms"]}
+
+    grid = [{"stiffness": k, "ratio": ratio} for k in (2e8, 1e9, 5e9) for ratio in (0.09, 0.13)]
+    data = quiet_sweep(lambda **case: {k: float(x) for k, x in resonance(**case).items()}, grid)
+    assert (np.diff(data["frequency"].values.reshape(3, 2), axis=0) > 0).all()
+    assert (np.diff(data["rms"].values.reshape(3, 2), axis=1) < 0).all()
