@@ -52,8 +52,8 @@ def draw(folder: Path, landscape, maps: dict, runs: dict[str, exugear.Run], pair
     """Landscape, peak to peak over the torque and DTE over mesh frequency; the figure for the drawing office."""
     figure = plots.figure(columns=3)
     figure.set_size_inches(13, 4.2)
-    plots.plot_landscape(np.log10(landscape).assign_attrs(landscape.attrs), figure.axes[0])
-    figure.axes[0].set_title("lg of the peak to peak at 350 N m [µm]")
+    about = landscape.attrs | {"long_name": "lg (peak to peak / µm) at 350 N m"}
+    plots.plot_landscape(np.log10(landscape).assign_attrs(about), figure.axes[0])
     for (name, ste), colour in zip(maps.items(), ("k", *plots.DISTINCT), strict=False):
         swing = fem.peak_to_peak(ste)["peak_to_peak"] / um
         figure.axes[1].plot(ste["torque"], swing, color=colour, label=name)

@@ -52,7 +52,8 @@ def plot_flank(
     ax.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
     for position, words in _edges(of, direction):
         ax.axvline(position / mm, color=GUIDE, linewidth=0.8, linestyle=":")
-        ax.annotate(words, (position / mm, 0.97), xycoords=("data", "axes fraction"), rotation=90, va="top", ha="right")
+        where = {"xycoords": ("data", "axes fraction"), "xytext": (-4, 0), "textcoords": "offset points"}
+        ax.annotate(words, (position / mm, 0.4), **where, rotation=90, va="top", ha="right", fontsize=9)
     ends = "root form circle to tip circle" if direction == "profile" else "from the middle of the face"
     ax.set(xlabel=f"{'roll length' if direction == 'profile' else 'axial position'} [mm], {ends}")
     ax.set(ylabel="deviation of the flank [µm]", title=f"{gear}, z = {of.z}: {direction}")
@@ -112,7 +113,7 @@ def plot_landscape(data: xr.DataArray, ax: Axes | None = None, **style) -> Axes:
     ax.plot(best[across], best[up], "o", color="white", markeredgecolor="k", markersize=8)
     ax.set(xlabel=label[across], ylabel=label[up])
     ax.grid(False)
-    colour_bar(ax, picture, "objective")
+    colour_bar(ax, picture, str(data.attrs.get("long_name", "objective")))
     return ax
 
 
@@ -129,6 +130,9 @@ def plot_pareto_front(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes
     scales = [um if data[goal].attrs.get("units") == "m" else 1.0 for goal in goals]
     values = [data[goal].values / scale for goal, scale in zip(goals, scales, strict=True)]
     ax.plot(*values, **merged(style, marker="o"))
-    words = [f"{goal} [{'µm' if s != 1 else data[goal].attrs['units']}]" for goal, s in zip(goals, scales, strict=True)]
+    words = [
+        f"{goal} [{'µm' if s != 1 else data[goal].attrs.get('units', '1')}]"
+        for goal, s in zip(goals, scales, strict=True)
+    ]
     ax.set(xlabel=words[0].replace("_", " "), ylabel=words[1].replace("_", " "))
     return ax

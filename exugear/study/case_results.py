@@ -84,7 +84,7 @@ def _over_cases(name: Any, example: xr.Variable, results: Sequence[xr.Dataset | 
     gaps = any(data is None or name not in data for data in results)
     kind = np.result_type(example.dtype, float) if gaps and example.dtype.kind in "biu" else example.dtype
     empty = np.full(example.shape, "" if example.dtype.kind in "SU" else np.nan, kind) if gaps else None
-    columns = [empty if data is None or name not in data else data[name].values for data in results]
+    columns: list[Any] = [empty if data is None or name not in data else data[name].values for data in results]
     return (CASE, *example.dims), np.stack(columns), example.attrs
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 
 from exugear.study.goals import SHIFTS, Evaluation
+from fem.support.arguments import Finite, checked
 from fem.support.representation import quantity, short
 from fem.support.validation import as_floats, require, text_of
 
@@ -24,6 +25,7 @@ AT_BOUND = 1e-3
 
 
 @short()
+@checked
 @dataclass(frozen=True)
 class Variable:
     """A number that an optimization may choose.
@@ -55,22 +57,26 @@ class Variable:
         """Number of steps from the lower bound to the last value; None without steps."""
         return None if self.step is None else int((self.high - self.low) / self.step * (1 + 1e-9))
 
-    def at(self, share: float) -> float:
+    @checked
+    def at(self, share: Finite) -> float:
         """The value at a share of the range, on a step where there are steps."""
         if self.step is None:
             return self.low + share * (self.high - self.low)
         number = round(share * (self.high - self.low) / self.step)
         return self.low + min(max(number, 0), self.steps or 0) * self.step
 
-    def share(self, value: float) -> float:
+    @checked
+    def share(self, value: Finite) -> float:
         """The share of the range of a value."""
         return (value - self.low) / (self.high - self.low)
 
-    def text(self, value: float) -> str:
+    @checked
+    def text(self, value: Finite) -> str:
         """A value in its unit."""
         return quantity(value, self.unit)
 
-    def bound_at(self, value: float) -> str:
+    @checked
+    def bound_at(self, value: Finite) -> str:
         """Which bound a value is at, in words; "" inside."""
         near = AT_BOUND * (self.high - self.low) if self.step is None else self.step / 2
         last = self.high if self.step is None else self.at(1.0)

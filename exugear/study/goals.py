@@ -23,7 +23,7 @@ DYNAMIC = {
     "dte": ("m", "largest rms of the DTE over the speed"),
     "bearing_force": ("N", "largest rms of the vibration of a bearing force over the speed"),
 }
-OVER = {"max": np.max, "sum": np.sum}
+OVER: dict[str, Callable] = {"max": np.max, "sum": np.sum}
 #: Torques of a map for vibration over the largest torque of the goals: from light loads to dynamic ones.
 MAP_TORQUES = 0.0, 0.01, 0.03, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0
 NO_OFFSETS = Offsets()
@@ -94,18 +94,16 @@ class Goal:
         """Unit of the measure."""
         return (MEASURES | DYNAMIC)[self.measure][0]
 
-    def text(self, value: float) -> str:
-        """A value of the measure in words."""
-        return quantity(value, PRINTED.get(self.unit, self.unit if self.unit != "1" else ""))
 
-    def largest(self, values: np.ndarray) -> float:
-        """Largest of the values (n_torque, ...): what is printed."""
-        return float(np.max(values))
+def in_words(goal: Goal, value: float) -> str:
+    """A value of the measure of a goal in its unit."""
+    return quantity(value, PRINTED.get(goal.unit, goal.unit if goal.unit != "1" else ""))
 
-    def weighed(self, values: np.ndarray) -> float:
-        """Part of the objective by values (n_torque, ...) of the measure."""
-        weights = np.reshape(self.weight, (-1,) + (1,) * (values.ndim - 1))
-        return float(OVER[self.over](weights * values))
+
+def weighed(goal: Goal, values: np.ndarray) -> float:
+    """Part of the objective by values (n_torque, ...) of the measure of a goal."""
+    weights = np.reshape(goal.weight, (-1,) + (1,) * (values.ndim - 1))
+    return float(OVER[goal.over](weights * values))
 
 
 @dataclass(frozen=True)
@@ -122,8 +120,8 @@ class Evaluation:
         """Largest value and part of the objective of each goal (n_goal,); shift of the offsets by tolerances."""
         static = self._static(pair, shift)
         values = [static[i] if i in static else self._vibration(goal, pair, shift) for i, goal in enumerate(self.goals)]
-        parts = [goal.weighed(x) for goal, x in zip(self.goals, values, strict=True)]
-        return np.array([goal.largest(x) for goal, x in zip(self.goals, values, strict=True)]), np.array(parts)
+        parts = [weighed(goal, x) for goal, x in zip(self.goals, values, strict=True)]
+        return np.array([float(np.max(x)) for x in values]), np.array(parts)
 
     def objective(self, parts: np.ndarray) -> np.ndarray:
         """(...) objective of parts (..., n_goal)."""

@@ -25,7 +25,7 @@ from exugear.study.flank_search import (
     sampled,
     searched,
 )
-from exugear.study.goals import DYNAMIC, OVER, SHIFTS, Evaluation, Goal, check_goals
+from exugear.study.goals import DYNAMIC, OVER, SHIFTS, Evaluation, Goal, check_goals, in_words
 from exugear.study.sweep import check_seed
 from exugear.study.tolerances import check_tolerances
 from fem.contact.resolution import Resolution, Slices
@@ -50,6 +50,7 @@ def check_variables(name: str, value: Any) -> None:
         require(fits, f"{example}, got {text_of(variable)} for {text_of(key)}")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class OptimalFlanks:
     """The result of `exugear.optimize_flanks`; `print` shows it.
@@ -65,13 +66,13 @@ class OptimalFlanks:
                 design has none
     """
 
-    values: dict[str, float]
+    values: Mapping[str, float]
     pair: GearPair
     objective: float
-    goals: dict[str, float]
-    unmodified: dict[str, float]
-    finer: dict[str, float]
-    at_bounds: dict[str, str]
+    goals: Mapping[str, float]
+    unmodified: Mapping[str, float]
+    finer: Mapping[str, float]
+    at_bounds: Mapping[str, str]
     evaluated: xr.Dataset
     search: FlankObjective = field(repr=False)
 
@@ -83,23 +84,27 @@ class OptimalFlanks:
             lines.append(f"  {name} = {variables[name].text(value)}{bound}")
         for goal in goals:
             at = goal.label
-            was, finer = goal.text(self.unmodified[at]), goal.text(self.finer[at])
-            lines.append(f"  {at}: {goal.text(self.goals[at])}, unmodified {was}, on finer elements {finer}")
+            was, finer = in_words(goal, self.unmodified[at]), in_words(goal, self.finer[at])
+            lines.append(f"  {at}: {in_words(goal, self.goals[at])}, unmodified {was}, on finer elements {finer}")
         failed = [reason for reason in self.evaluated["reason"].values if reason]
         if failed:
             lines.append(f"  {len(failed)} designs have no objective, say: {failed[0]}")
         return "\n".join(lines)
 
-    def landscape(self, *names: str, points: int = 20, executor: Executor | None = None) -> xr.DataArray:
+    @checked
+    def landscape(
+        self, first: str | None = None, second: str | None = None, *, points: int = 20, executor: Executor | None = None
+    ) -> xr.DataArray:
         """Objective over a grid of one or two variables, all others at their optimum.
 
-        names       of the variables; by default the first two
-        points      of the grid along each, from bound to bound, on steps of manufacture
+        first, second   names of variables; by default the first two, with the first name that variable alone
+        points          of the grid along each, from bound to bound, on steps of manufacture
+        executor        any `concurrent.futures.Executor`
         """
         search = self.search
-        chosen = names or tuple(search.variables)[:2]
-        known = 1 <= len(chosen) <= 2 and set(chosen) <= set(search.variables) and len(set(chosen)) == len(chosen)
-        require(known, f"names must be one or two different ones of {[*search.variables]}, got {[*chosen]}")
+        chosen = tuple(name for name in (first, second) if name is not None) or tuple(search.variables)[:2]
+        known = set(chosen) <= set(search.variables) and len(set(chosen)) == len(chosen)
+        require(known, f"first and second must be different ones of {[*search.variables]}, got {[*chosen]}")
         require_within("points", points, 1, 1000, remedy="of a grid along each variable")
         axes = [_grid(search.variables[name], points) for name in chosen]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(chosen))
@@ -116,13 +121,15 @@ class OptimalFlanks:
         data = xr.DataArray(np.where(np.isfinite(values), values, np.nan), lines, chosen, "objective")
         return data.assign_attrs(long_name="objective", **optimum)
 
+    @checked
     def pareto_front(
         self, first: int = 0, second: int = 1, *, points: int = 9, executor: Executor | None = None
     ) -> xr.Dataset:
         """Designs of which none is better in both of two goals, say of low and high torque, over `case`.
 
         first, second   numbers of the goals
-        points          weights between the goals, for each of which a search looks for the least larger part
+        points          weights between the goals, for each of which a search makes the larger of both parts small
+        executor        any `concurrent.futures.Executor`
         """
         search, n = self.search, len(self.search.evaluation.goals)
         valid = first != second and {first, second} <= set(range(n))
@@ -132,8 +139,8 @@ class OptimalFlanks:
         spread = map if executor is None else executor.map
         weights = np.linspace(LEAST_WEIGHT, 1 - LEAST_WEIGHT, points)
         tasks = [_front_search(search, (first, second), weight, scales) for weight in weights]
-        for designs in spread(_front_designs, tasks):
-            search.known.update({values: design for values, design in designs.items() if values not in search.known})
+        for new in spread(_front_designs, tasks):
+            search.known.update({values: design for values, design in new.items() if values not in search.known})
         designs = [x for x in search.known.values() if np.isfinite(x.objective) and search.on_steps(x)]
         both = np.array([x.parts[[first, second]] for x in designs])
         better = (both[:, None] <= both).all(axis=2) & (both[:, None] < both).any(axis=2)

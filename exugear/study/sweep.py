@@ -1,7 +1,7 @@
 """Sweeps: a function over many cases, on any executor, with the finished cases kept in a folder."""
 
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import closing
 from dataclasses import dataclass
@@ -53,9 +53,9 @@ def check_cases(name: str, value: Any) -> None:
 
 
 def check_seed(name: str, value: Any) -> None:
-    """ValueError unless the value is a whole number >= 0."""
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 0
-    require(whole, f"{name} must be a whole number >= 0, got {text_of(value)}")
+    """ValueError unless the value is a whole number in [0, 2^63)."""
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 <= value < 2**63
+    require(bool(whole), f"{name} must be a whole number in [0, 2^63), got {text_of(value)}")
 
 
 @checked
@@ -203,7 +203,7 @@ def _check_arguments(function: Callable, cases: list[dict[str, Any]], seed: int 
 
 def _outcomes(
     work: list[_Case], waiting: list[int], executor: Executor | None
-) -> Iterator[tuple[int, xr.Dataset | str]]:
+) -> Generator[tuple[int, xr.Dataset | str], None, None]:
     """Number and outcome of each case as it is computed; RuntimeError of an executor that died."""
     if executor is None:
         yield from ((number, work[number]()) for number in waiting)

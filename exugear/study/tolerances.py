@@ -35,7 +35,7 @@ def check_tolerances(name: str, value: Any) -> None:
 def check_number(name: str, value: Any) -> None:
     """ValueError unless the value is a whole number of cases."""
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool) and 1 <= value <= 10**7
-    require(whole, f"{name} must be a whole number of cases in [1, 1e7], got {text_of(value)}")
+    require(bool(whole), f"{name} must be a whole number of cases in [1, 1e7], got {text_of(value)}")
 
 
 def drawn(tolerances: Mapping[str, Any], number: int, seed: int) -> np.ndarray:
@@ -124,7 +124,7 @@ def _spearman(given: np.ndarray, results: np.ndarray) -> np.ndarray:
 def check_power_of_two(name: str, value: Any) -> None:
     """ValueError unless the value is a power of two."""
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool) and 2 <= value <= 2**20
-    require(whole and value & (value - 1) == 0, f"{name} must be a power of two, say 256, got {text_of(value)}")
+    require(bool(whole and value & (value - 1) == 0), f"{name} must be a power of two, say 256, got {text_of(value)}")
 
 
 @checked

@@ -139,5 +139,5 @@ def _over_offsets(offsets: Offsets, measure: Callable[[Offsets], xr.DataArray]) 
     stack = np.stack([values.values for values in single]).reshape(*shape, *single[0].shape)
     dims = (*axes, *single[0].dims)
     along = [name for name in single[0].dims if name != TORQUE]
-    coordinates = {**{name: list(values) for name, values in axes.items()}, **single[0].coords}
+    coordinates: dict[Any, Any] = {**{name: list(values) for name, values in axes.items()}, **single[0].coords}
     return xr.DataArray(stack, coordinates, dims).transpose(TORQUE, *axes, *along)

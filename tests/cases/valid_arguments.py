@@ -21,6 +21,8 @@ from skfem import ElementQuad1
 
 import exugear
 import fem
+from exugear.study.flank_search import Design, FlankObjective
+from exugear.study.goals import Evaluation
 from fem.units import mm, um
 
 RING = exugear.RingPair(paper_gear(), z=-120, a=-84 * mm)
@@ -127,8 +129,11 @@ def two_bodies() -> tuple[Any, Any, list]:
 def design() -> exugear.OptimalFlanks:
     """A design of the paper's pair that is made up: its search knows two designs."""
     pair, goal = paper_pair(), exugear.Goal("peak_to_peak", 100.0)
+    evaluation = Evaluation((goal, exugear.Goal("mean", 100.0)), "sum", 8, fem.Slices(), None)
+    known = {(0.0,): Design((0.0,), np.ones(2), np.ones(2), 2.0)}
+    search = FlankObjective(lambda C_a: pair, {"C_a": exugear.Variable(0.0, 1.0)}, evaluation, known=known)
     values = {goal.label: 1e-6}
-    return exugear.OptimalFlanks({"C_a": 0.0}, pair, 1.0, values, values, values, {}, xr.Dataset(), None)
+    return exugear.OptimalFlanks({"C_a": 0.0}, pair, 1.0, values, values, values, {}, xr.Dataset(), search)
 
 
 @cache
@@ -297,15 +302,18 @@ def of_studies(folder: Path) -> dict[str, Any]:
     landscape = xr.DataArray([1.0, 2.0], lines, "x", attrs={"optimum_x": 0.0})
     front = xr.Dataset({"low": ("case", [1.0, 2.0]), "high": ("case", [2.0, 1.0])})
     return {
-        "sweep.function": lambda a: a, "sweep.cases": [{"a": 1.0}], "store": folder / "store", "seed": None,
+        "sweep.function": lambda a: a, "sweep.cases": [{"a": 1.0}], "sweep.store": folder / "sweep", "seed": None,
+        "monte_carlo.store": folder / "monte_carlo", "sobol_indices.store": folder / "sobol",
         "monte_carlo.function": lambda a, b: a + b, "sobol_indices.function": lambda a, b: a + b,
         "monte_carlo.seed": 0, "sobol_indices.seed": 0, "optimize_flanks.seed": 0, "sobol_indices.number": 8,
         "tolerances": tolerances, "rank_correlation.data": data, "SweepStopped.data": data,
         "flanks": lambda C_a: paper_pair(), "variables": {"C_a": exugear.Variable(0, 10 * um)},
         "goals": exugear.Goal("peak_to_peak", 100.0), "combine": "sum", "draws": 2, "percentile": 90.0,
-        "method": "COBYQA", "starts": 1, "optimize_flanks.tolerances": None, "optimize_flanks.gearbox": None,
+        "landscape.first": "C_a", "landscape.second": None, "landscape.points": 3, "pareto_front.first": 0,
+        "pareto_front.second": 1, "pareto_front.points": 2, "method": "COBYQA", "starts": 1,
+        "optimize_flanks.tolerances": None, "optimize_flanks.gearbox": None,
         "flank_measures.torque": 100.0, "measures": ("peak_to_peak",), "flank_measures.harmonics": 2,
-        "root_density": fem.Density(), "bearing_forces": False, "plot_flank.gear": "pinion",
+        "root_density": fem.Density(), "bearing_forces": False, "share": 0.5, "plot_flank.gear": "pinion",
         "plot_flank.direction": "profile", "plot_landscape.data": landscape,
         "plot_pareto_front.data": front.assign_attrs(first="low", second="high"),
     }  # fmt: skip
