@@ -2,6 +2,11 @@
 
 from exugear.plots.branch_plots import plot_branches
 from exugear.plots.design_plots import flank_drawing, plot_flank, plot_landscape, plot_pareto_front
+from exugear.plots.diagnosis_plots import (
+    plot_condition_indicators,
+    plot_envelope_spectrum,
+    plot_synchronous_average,
+)
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.gearbox_drawing import plot_gearbox
@@ -36,10 +41,12 @@ __all__ = [
     "plot_bearing_forces",
     "plot_branches",
     "plot_campbell",
+    "plot_condition_indicators",
     "plot_contact_pattern",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
     "plot_efficiency",
+    "plot_envelope_spectrum",
     "plot_envelopes",
     "plot_field",
     "plot_flank",
@@ -73,6 +80,7 @@ __all__ = [
     "plot_spectrogram",
     "plot_ste",
     "plot_stiffness",
+    "plot_synchronous_average",
     "plot_te_harmonics",
     "plot_waterfall",
 ]

@@ -21,6 +21,13 @@ def relieved(C_a=0.0, length=3.5 * mm, crowning=0.0) -> fem.GearPair:
     return fem.GearPair(gear, gear, a=pair.a)
 
 
+def loudness(C_a, misalignment):
+    """Peak to peak at two loads, on coarse meshes."""
+    tilted = fem.Offsets(misalignment=misalignment)
+    options = {"phases": 8, "offsets": tilted, "resolution": FAST, "progress": False}
+    return fem.flank_measures(relieved(C_a), [150.0, 350.0], **options)
+
+
 def spinning(ste) -> exugear.Gearbox:
     """Two shafts that only spin."""
     pair = fem.pair_of(ste)

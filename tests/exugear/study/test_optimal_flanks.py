@@ -201,39 +201,52 @@ def test_load_factors_and_root_stress_are_goals():
     assert result.goals[goals[0].label] == pytest.approx(float(factors["K_H_beta"][0]))
 
 
-@pytest.mark.measured
-def test_published_optimum_of_27_and_35_teeth(measured):
-    """m 3, b 25, 382 N m; published with an analytic stiffness: 43.5 um over the length with two pairs in contact.
+@pytest.mark.slow
+def test_tip_relief_of_the_papers_pair_is_better_than_a_grid_of_400_designs(measured):
+    variables = {"C_a": replace(AMOUNT, step=0.5 * um), "length": replace(LENGTH, step=0.05 * mm)}
+    result = exugear.optimize_flanks(relieved, variables, AT_350, progress=False)
+    (swing,), (plain,), (finer,) = (x.values() for x in (result.goals, result.unmodified, result.finer))
+    grid = float(result.landscape(points=20).min()) * um
+    words = f"{swing / um:.2f}; unmodified {plain / um:.2f}; finer elements {finer / um:.2f}; grid {grid / um:.2f}"
+    measured.cells("peak to peak with optimal tip relief, 350 N m [µm]", words)
+    assert swing < plain / 8
+    assert finer < plain / 8
+    assert swing < grid
+    assert result.evaluated.sizes["case"] < 200
 
-    Linear relief from the highest point of single contact on makes the transmission error constant where its amount is
-    the deflection of a single pair, F/k (Niemann; Walker). The analytic stiffness is 231 N/um (43.5 um); ours, with
-    gear bodies and neighbouring teeth, 304 N/um.
+
+def teeth_27_and_35(C_a, length):
+    """m 3, b 25, linear relief of both tips."""
+    sizes = {"m_n": 3 * mm, "b": 25 * mm, "d_bore": 30 * mm, "flank": [fem.TipRelief(C_a, length)]}
+    return fem.GearPair(fem.Gear(z=27, **sizes), fem.Gear(z=35, **sizes), a=93 * mm)
+
+
+@pytest.mark.slow
+def test_published_optimum_of_27_and_35_teeth_lies_above_ours(measured):
+    """382 N m; published with an analytic stiffness: 43.5 um.
+
+    Linear relief over the whole length with two pairs makes the transmission error constant where its amount is the
+    deflection of a single pair F/k. The published amount is that of k = 231 N/um; by our finite elements a single
+    pair has 304 N/um, which takes the amount to 33 um. The stiffness falls towards the tip, and loaded teeth touch
+    beyond the nominal path, so that a smaller amount over a shorter length is better still.
     """
 
-    def pair(C_a, length):
-        sizes = {"m_n": 3 * mm, "b": 25 * mm, "d_bore": 30 * mm, "flank": [fem.TipRelief(C_a, length)]}
-        return fem.GearPair(fem.Gear(z=27, **sizes), fem.Gear(z=35, **sizes), a=93 * mm)
+    def swing(C_a):
+        return float(fem.flank_measures(teeth_27_and_35(C_a, whole), 382.0, progress=False)["peak_to_peak"][0])
 
-    def swing(C_a, length):
-        return float(fem.flank_measures(pair(C_a, length), 382.0, progress=False)["peak_to_peak"][0])
-
-    plain = pair(0.0, 2 * mm)
+    plain = teeth_27_and_35(0.0, 2 * mm)
     whole = (plain.eps_alpha - 1) * plain.p_bt
     te = fem.static_transmission_error(plain, 382.0, progress=False)
     single = float(te["te"].where(te["pairs_in_contact"] == 1).max())
-    goal = exugear.Goal("peak_to_peak", 382.0, weight=1 / um)
-    long = exugear.optimize_flanks(
-        lambda C_a: pair(C_a, whole), {"C_a": exugear.Variable(0, 60 * um, step=0.5 * um)}, goal, progress=False
-    )
+    goal, amount = exugear.Goal("peak_to_peak", 382.0, weight=1 / um), exugear.Variable(0, 60 * um, step=0.5 * um)
+    long = exugear.optimize_flanks(partial(teeth_27_and_35, length=whole), {"C_a": amount}, goal, progress=False)
     lengths = exugear.Variable(1 * mm, whole)
-    free = exugear.optimize_flanks(
-        pair, {"C_a": exugear.Variable(0, 60 * um, step=0.5 * um), "length": lengths}, goal, progress=False
-    )
-    measured("z 27/35, 382 N m: deflection of a single pair [um]", single / um, "analytic 43.5")
-    measured("its best relief over the whole length with two pairs [um]", long.values["C_a"] / um, "analytic 43.5")
-    measured("peak to peak with it; with 43.5 um; without [um]",
-             f"{long.objective:.2f}; {swing(43.5 * um, whole) / um:.2f}; {swing(0.0, whole) / um:.2f}", "")  # fmt: skip
-    measured("best amount [um] and length [mm], and its peak to peak [um]",
-             f"{free.values['C_a'] / um:.1f}, {free.values['length'] / mm:.2f}: {free.objective:.2f}", "")  # fmt: skip
+    free = exugear.optimize_flanks(teeth_27_and_35, {"C_a": amount, "length": lengths}, goal, progress=False)
+    measured.number("z 27/35, 382 N m: deflection of a single pair", single / um, "{} µm")
+    measured.number("z 27/35: best relief over the whole length with two pairs", long.values["C_a"] / um, "{} µm")
+    words = f"{long.objective:.2f}; with 43.5 µm {swing(43.5 * um) / um:.2f}; unmodified {swing(0.0) / um:.2f}"
+    measured.cells("z 27/35: peak to peak with it [µm]", words)
+    words = f"{free.values['C_a'] / um:.1f} µm over {free.values['length'] / mm:.2f} mm: {free.objective:.2f} µm"
+    measured.cells("z 27/35: best amount and length, peak to peak", words)
     assert single < 43.5 * um
-    assert free.objective <= long.objective < swing(43.5 * um, whole) / um
+    assert free.objective <= long.objective < swing(43.5 * um) / um
