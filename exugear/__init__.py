@@ -74,6 +74,7 @@ __getattr__, _, _ = lazy_loader.attach(
         "study.optimal_flanks": ["OptimalFlanks", "optimize_flanks"],
         "study.sweep": ["SweepStopped", "sweep"],
         "study.tolerances": ["monte_carlo", "rank_correlation", "sobol_indices"],
+        "study.vibration": ["vibration_measures"],
     },
 )
 
@@ -175,6 +176,7 @@ __all__ = [
     "sweep",
     "synchronous_average",
     "tooth_damage",
+    "vibration_measures",
     "waterfall",
     "write_rexs",
     "write_sound",

@@ -1,6 +1,7 @@
 """Plots of designs of flanks: profile and lead for the drawing office, landscape of the objective, Pareto front."""
 
 from math import hypot
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -52,7 +53,11 @@ def plot_flank(
     ax.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
     for position, words in _edges(of, direction):
         ax.axvline(position / mm, color=GUIDE, linewidth=0.8, linestyle=":")
-        where = {"xycoords": ("data", "axes fraction"), "xytext": (-4, 0), "textcoords": "offset points"}
+        where: dict[str, Any] = {
+            "xycoords": ("data", "axes fraction"),
+            "xytext": (-4, 0),
+            "textcoords": "offset points",
+        }
         ax.annotate(words, (position / mm, 0.4), **where, rotation=90, va="top", ha="right", fontsize=9)
     ends = "root form circle to tip circle" if direction == "profile" else "from the middle of the face"
     ax.set(xlabel=f"{'roll length' if direction == 'profile' else 'axial position'} [mm], {ends}")

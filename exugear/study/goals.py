@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from exugear.multibody.assembly import build
-from exugear.steady_state.steady_states import steady_states
+from exugear.study.vibration import vibration_measures
 from fem.contact.resolution import Resolution, Slices
 from fem.pair.offsets import ANGLES, Offsets, check_offsets
 from fem.pair.pair import GearPair
-from fem.ste.transmission import static_transmission_error
 from fem.stress.flank_measures import MEASURES, flank_measures
 from fem.support.arguments import checked
 from fem.support.representation import quantity, short
@@ -24,8 +22,6 @@ DYNAMIC = {
     "bearing_force": ("N", "largest rms of the vibration of a bearing force over the speed"),
 }
 OVER: dict[str, Callable] = {"max": np.max, "sum": np.sum}
-#: Torques of a map for vibration over the largest torque of the goals: from light loads to dynamic ones.
-MAP_TORQUES = 0.0, 0.01, 0.03, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0
 NO_OFFSETS = Offsets()
 #: Units in which goals are printed.
 PRINTED = {"m": "um", "Pa": "GPa"}
@@ -145,24 +141,20 @@ class Evaluation:
         return values
 
     def _vibration(self, goal: Goal, pair: GearPair, shift: Mapping[str, float]) -> np.ndarray:
-        """(n_torque,) values of a dynamic goal."""
-        require(self.gearbox is not None, f"gearbox must be given for {goal.measure!r}, a function of the STE map")
-        torques = np.multiply(MAP_TORQUES, max(goal.torque))
-        options: dict[str, Any] = {"resolution": self.resolution, "progress": False}
-        ste = static_transmission_error(
-            pair, torques, self.phases, offsets=shifted(goal.offsets, pair, shift), **options
+        """(n_torque, ...) values of a dynamic goal."""
+        if self.gearbox is None:
+            raise ValueError(f"gearbox must be given for {goal.measure!r}, a function of the STE map")
+        data = vibration_measures(
+            pair,
+            speed=goal.speed,
+            load=goal.torque,
+            gearbox=self.gearbox,
+            offsets=shifted(goal.offsets, pair, shift),
+            phases=self.phases,
+            resolution=self.resolution,
         )
-        model = build(self.gearbox(ste))  # type: ignore[misc]
-        values = []
-        for load in goal.torque:
-            states = steady_states(model, speed=goal.speed, load=load, progress=False, **_asked(goal))
-            stable = states.isel(point=np.flatnonzero(states["stable"].values))
-            values.append(float(stable["rms"].max() if goal.measure == "dte" else stable["bearing_force_rms"].max()))
-        return np.array(values)
-
-
-def _asked(goal: Goal) -> dict[str, Any]:
-    return {"bearing_forces": True} if goal.measure == "bearing_force" else {}
+        require(goal.measure in data, "gearbox must have shafts on bearings for a bearing_force, they only spin")
+        return data[goal.measure].transpose("load", ...).values
 
 
 def _cases_of(data: xr.Dataset, goal: Goal) -> np.ndarray:
