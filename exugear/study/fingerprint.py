@@ -118,17 +118,20 @@ class _Digest:
     def _named(self, value: Any) -> None:
         """A class, module or built-in function by its name; one of the user with the text of its module."""
         home = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None) or ""
-        self.text(home, getattr(value, "__qualname__", getattr(value, "__name__", "")))
         file = getattr(sys.modules.get(home), "__file__", None)
-        if file and home not in self.seen and not _installed(Path(file)):
-            self.seen.add(home)
-            self.update(Path(file).read_bytes())
+        of_user = bool(file) and not _installed(Path(str(file)))
+        self.text("" if of_user else home, getattr(value, "__qualname__", getattr(value, "__name__", "")))
+        if of_user and file not in self.seen:
+            self.seen.add(file)
+            self.update(Path(str(file)).read_bytes())
 
     def _function(self, function: FunctionType) -> None:
-        name = f"{function.__module__}.{function.__qualname__}"
-        self.text("function", name.removeprefix("__mp_main__.").removeprefix("__main__."))
-        file = function.__code__.co_filename
-        if id(function) in self.seen or _installed(Path(file)):
+        file = Path(function.__code__.co_filename)
+        if _installed(file):
+            self.text("function", str(function.__module__), function.__qualname__)
+            return
+        self.text("function", function.__qualname__)  # of a script or of its module alike
+        if id(function) in self.seen:
             return
         self.seen.add(id(function))
         enclosed = [cell.cell_contents for cell in function.__closure__ or ()]
