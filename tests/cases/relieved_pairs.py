@@ -14,10 +14,10 @@ AMOUNT = exugear.Variable(0, 40 * um, step=1 * um, unit="um")
 LENGTH = exugear.Variable(0.5 * mm, 5 * mm, step=0.1 * mm, unit="mm")
 
 
-def relieved(C_a=0.0, length=3.5 * mm, crowning=0.0) -> fem.GearPair:
-    """The paper's pair with linear relief of both tips, and crowning."""
+def relieved(C_a=0.0, length=3.5 * mm, crowning=0.0, slope=0.0) -> fem.GearPair:
+    """The paper's pair with linear relief of both tips, crowning, and helix slopes of both gears."""
     pair = paper_pair()
-    gear = replace(pair.pinion, flank=[fem.TipRelief(C_a, length), fem.LeadCrowning(crowning)])
+    gear = replace(pair.pinion, flank=[fem.TipRelief(C_a, length), fem.LeadCrowning(crowning), fem.HelixSlope(slope)])
     return fem.GearPair(gear, gear, a=pair.a)
 
 

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 import scipy
+from executors import Pickled
 from relieved_pairs import AMOUNT, FAST, LENGTH, on_bearings, relieved, spinning
 
 import exugear
@@ -48,8 +49,9 @@ def test_an_optimum_on_a_bound_is_told():
     assert "at its upper bound 5 um: widen it?" in str(result)
 
 
-def test_threads_find_the_same_design(amount):
-    with ThreadPoolExecutor(2) as executor:
+@pytest.mark.parametrize("make", [partial(ThreadPoolExecutor, 2), Pickled], ids=["threads", "pickled"])
+def test_any_executor_finds_the_same_design(make, amount):
+    with make() as executor:
         assert best_of({"C_a": AMOUNT}, AT_350, executor=executor).values == amount.values
 
 
@@ -188,29 +190,29 @@ def test_vibration_over_the_speed_is_a_goal():
 
 
 @pytest.mark.slow
-def test_load_factors_and_root_stress_are_goals():
-    variables = {"crowning": exugear.Variable(0, 30 * um, step=5 * um, unit="um")}
+def test_helix_slopes_make_up_for_a_misalignment():
+    """A misalignment of 0.4 mrad opens the gap by 9.2 um over the face, 4.6 um for each gear."""
+    variables = {"slope": exugear.Variable(-10 * um, 0, step=0.5 * um, unit="um")}
     askew = fem.Offsets(misalignment=4e-4)
-    goals = [exugear.Goal("K_H_beta", 150.0, offsets=askew), exugear.Goal("root_stress", 150.0, 1e-9, offsets=askew)]
-    result = best_of(variables, goals, phases=4)
-    assert 5 * um <= result.values["crowning"] <= 30 * um
-    assert result.goals[goals[0].label] < 0.9 * result.unmodified[goals[0].label]
-    factors = fem.load_factors(
-        result.pair, 150.0, 4, offsets=askew, resolution=fem.Resolution.like(FAST), progress=False
-    )
-    assert result.goals[goals[0].label] == pytest.approx(float(factors["K_H_beta"][0]))
+    goal = exugear.Goal("K_H_beta", 150.0, offsets=askew)
+    result = best_of(variables, goal, phases=4)
+    assert result.values["slope"] == pytest.approx(-4.6 * um, abs=0.6 * um)
+    assert result.goals[goal.label] < 1.05 < 1.3 < result.unmodified[goal.label]
+    options = {"offsets": askew, "resolution": fem.Resolution.like(FAST), "progress": False}
+    factors = fem.load_factors(result.pair, 150.0, 4, **options)
+    assert result.goals[goal.label] == pytest.approx(float(factors["K_H_beta"][0]), rel=1e-12)
 
 
 @pytest.mark.slow
 def test_tip_relief_of_the_papers_pair_is_better_than_a_grid_of_400_designs(measured):
     variables = {"C_a": replace(AMOUNT, step=0.5 * um), "length": replace(LENGTH, step=0.05 * mm)}
-    result = exugear.optimize_flanks(relieved, variables, AT_350, progress=False)
+    result = exugear.optimize_flanks(relieved, variables, AT_350, resolution=fem.Slices(), progress=False)
     (swing,), (plain,), (finer,) = (x.values() for x in (result.goals, result.unmodified, result.finer))
     grid = float(result.landscape(points=20).min()) * um
     words = f"{swing / um:.2f}; unmodified {plain / um:.2f}; finer elements {finer / um:.2f}; grid {grid / um:.2f}"
     measured.cells("peak to peak with optimal tip relief, 350 N m [µm]", words)
     assert swing < plain / 8
-    assert finer < plain / 8
+    assert finer < plain / 5
     assert swing < grid
     assert result.evaluated.sizes["case"] < 200
 
@@ -225,10 +227,11 @@ def teeth_27_and_35(C_a, length):
 def test_published_optimum_of_27_and_35_teeth_lies_above_ours(measured):
     """382 N m; published with an analytic stiffness: 43.5 um.
 
-    Linear relief over the whole length with two pairs makes the transmission error constant where its amount is the
-    deflection of a single pair F/k. The published amount is that of k = 231 N/um; by our finite elements a single
-    pair has 304 N/um, which takes the amount to 33 um. The stiffness falls towards the tip, and loaded teeth touch
-    beyond the nominal path, so that a smaller amount over a shorter length is better still.
+    Linear relief of both tips over the whole length with two pairs takes half of its amount from each of two pairs. It
+    evens out the transmission error where the amount is twice the difference between one and two pairs in contact: that
+    part of the deflection which is of the pair alone. An analytic stiffness has all of the deflection in the pair, and
+    43.5 um is that of 231 N/um. By finite elements a single pair deflects by 33 um, of which both pairs share the gear
+    bodies and the rims between neighbouring teeth: 18 um are left. With 43.5 um the pair would be louder than without.
     """
 
     def swing(C_a):
@@ -236,17 +239,16 @@ def test_published_optimum_of_27_and_35_teeth_lies_above_ours(measured):
 
     plain = teeth_27_and_35(0.0, 2 * mm)
     whole = (plain.eps_alpha - 1) * plain.p_bt
-    te = fem.static_transmission_error(plain, 382.0, progress=False)
-    single = float(te["te"].where(te["pairs_in_contact"] == 1).max())
+    ste = fem.static_transmission_error(plain, 382.0, progress=False)
+    single = float(ste["te"].where(ste["pairs_in_contact"] == 1).max())
+    double = float(ste["te"].where(ste["pairs_in_contact"] == 2).min())
     goal, amount = exugear.Goal("peak_to_peak", 382.0, weight=1 / um), exugear.Variable(0, 60 * um, step=0.5 * um)
     long = exugear.optimize_flanks(partial(teeth_27_and_35, length=whole), {"C_a": amount}, goal, progress=False)
-    lengths = exugear.Variable(1 * mm, whole)
-    free = exugear.optimize_flanks(teeth_27_and_35, {"C_a": amount, "length": lengths}, goal, progress=False)
-    measured.number("z 27/35, 382 N m: deflection of a single pair", single / um, "{} µm")
+    words = f"{single / um:.1f} and {double / um:.1f}"
+    measured.cells("z 27/35, 382 N m: STE with one and two pairs [µm]", words)
     measured.number("z 27/35: best relief over the whole length with two pairs", long.values["C_a"] / um, "{} µm")
     words = f"{long.objective:.2f}; with 43.5 µm {swing(43.5 * um) / um:.2f}; unmodified {swing(0.0) / um:.2f}"
     measured.cells("z 27/35: peak to peak with it [µm]", words)
-    words = f"{free.values['C_a'] / um:.1f} µm over {free.values['length'] / mm:.2f} mm: {free.objective:.2f} µm"
-    measured.cells("z 27/35: best amount and length, peak to peak", words)
-    assert single < 43.5 * um
-    assert free.objective <= long.objective < swing(43.5 * um) / um
+    assert long.values["C_a"] == pytest.approx(2 * (single - double), abs=2 * um)
+    assert long.objective < swing(0.0) / um / 6
+    assert swing(43.5 * um) > swing(0.0)
