@@ -2,12 +2,12 @@
 
     python examples/class_6_gears.py results
 
-Slopes of profile and helix of both gears, the amount of their tip relief and the misalignment of the axes scatter within
-their tolerances, those of the slopes by ISO 1328-1:1995 class 6, as three standard deviations. Finite elements are
-solved once: each case costs 90 contact states. Finished cases are kept in the folder, so that a run that was stopped
-goes on. Rank correlations say which tolerance matters: below the load for which the relief is made, more of it makes a
-pair louder. At that load a deviation of either sign does, so that ranks see nothing and Sobol indices are needed. The
-tolerances of relief and axes are chosen here.
+Slopes of profile and helix of both gears, the amount of their tip relief and the misalignment of the axes scatter
+within their tolerances, those of the slopes by ISO 1328-1:1995 class 6, as three standard deviations. Finite elements
+are solved once: each case costs 90 contact states. Finished cases are kept in the folder, so that a run that was
+stopped goes on. Rank correlations say which tolerance matters: below the load for which the relief is made, more of
+it makes a pair louder. At that load a deviation of either sign does, so that ranks see nothing and Sobol indices are
+needed. The tolerances of relief and axes are chosen here.
 """
 
 from concurrent.futures import ProcessPoolExecutor
