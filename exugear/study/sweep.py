@@ -2,7 +2,7 @@
 
 import traceback
 from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
+from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
 from contextlib import closing
 from dataclasses import dataclass
 from inspect import Parameter, signature
@@ -39,6 +39,10 @@ class SweepStopped(RuntimeError):
 
     def __reduce__(self):
         return type(self), (self.args[0], self.data)
+
+
+class _ExecutorDied(Exception):
+    """An executor takes no more cases, or lost those that it had."""
 
 
 def check_cases(name: str, value: Any) -> None:
@@ -112,8 +116,8 @@ def sweep(
     except KeyboardInterrupt as stop:
         stop.add_note(_how_far(outcomes, keep))
         raise
-    except (BrokenExecutor, CancelledError, RuntimeError) as error:
-        message = f"executor died ({_reason(error)}): {_how_far(outcomes, keep)}"
+    except _ExecutorDied as error:
+        message = f"executor died ({error}): {_how_far(outcomes, keep)}"
         raise SweepStopped(message, _labelled(listed, labels, outcomes)) from error
     return _told_failures(_labelled(listed, labels, outcomes))
 
@@ -204,17 +208,24 @@ def _check_arguments(function: Callable, cases: list[dict[str, Any]], seed: int 
 def _outcomes(
     work: list[_Case], waiting: list[int], executor: Executor | None
 ) -> Generator[tuple[int, xr.Dataset | str], None, None]:
-    """Number and outcome of each case as it is computed; RuntimeError of an executor that died."""
+    """Number and outcome of each case as it is computed; _ExecutorDied where the executor did."""
     if executor is None:
         yield from ((number, work[number]()) for number in waiting)
         return
     futures: dict[Future, int] = {}
     try:
-        for number in waiting:
-            futures[executor.submit(_computed, work[number])] = number
+        try:
+            for number in waiting:
+                futures[executor.submit(_computed, work[number])] = number
+        except RuntimeError as error:  # broken or shut down
+            raise _ExecutorDied(_reason(error)) from error
         for future in as_completed(futures):
+            if future.cancelled():
+                raise _ExecutorDied("it cancelled a case")
             error = future.exception()
-            if isinstance(error, BrokenExecutor | CancelledError | KeyboardInterrupt):
+            if isinstance(error, BrokenExecutor):
+                raise _ExecutorDied(_reason(error)) from error
+            if isinstance(error, KeyboardInterrupt):
                 raise error
             yield futures[future], future.result() if error is None else _reason(error)
     finally:

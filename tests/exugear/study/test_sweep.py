@@ -247,7 +247,7 @@ def test_stiffer_bearings_raise_the_resonance_and_damping_lowers_its_height():
         largest = states.isel(point=int(states["rms"].argmax("point")))
         return {"frequency": largest["mesh_frequency"], "rms": largest["rms"]}
 
-    grid = [{"stiffness": k, "ratio": ratio} for k in (2e8, 1e9, 5e9) for ratio in (0.09, 0.13)]
+    grid = [{"stiffness": k, "ratio": ratio} for k in (2e8, 1e9, 5e9) for ratio in (0.13, 0.2)]
     data = quiet_sweep(lambda **case: {k: float(x) for k, x in resonance(**case).items()}, grid)
     assert (np.diff(data["frequency"].values.reshape(3, 2), axis=0) > 0).all()
     assert (np.diff(data["rms"].values.reshape(3, 2), axis=1) < 0).all()
