@@ -51,6 +51,7 @@ DOORS_TO_FEM = {
         "fem.pair.offsets",
         "fem.pair.placement",
         "fem.ste.ste_map",
+        "fem.ste.ring_modes",
         "fem.ste.load_interpolation",
     ),
     *("fem.contact.resolution", "fem.stress.flank_measures"),
