@@ -38,6 +38,7 @@ from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.tooth_pairs import tooth_pair_map
 from .ste.transmission import static_transmission_error
+from .stress.flank_measures import flank_measures
 from .stress.load_distribution import load_distribution
 from .stress.load_factors import load_factors
 from .stress.root_stress import root_stress
@@ -80,6 +81,7 @@ __all__ = [
     "drawn_deviations",
     "dynamic",
     "explicit",
+    "flank_measures",
     "flank_traces",
     "hexahedra",
     "iso1328",

@@ -34,6 +34,7 @@ FOLDERS = (
     "exugear/steady_state",
     "exugear/signals",
     "exugear/load_factors",
+    "exugear/study",
     "exugear/plots",
     "exugear/reporting",
 )
@@ -56,6 +57,7 @@ DOORS_TO_FEM = {
     ),
     "fem.housing.reduced_housing",
     *("fem.contact.resolution", "fem.microgeometry.deviation", "fem.pair.mirror_image", "fem.stress.load_distribution"),
+    "fem.stress.flank_measures",
     *("fem.ste.map_sides", "fem.ste.te_measures", "fem.stress.fields", "fem.stress.cycle_fields"),
 }
 FENCES = {

@@ -17,6 +17,7 @@ WIDTHS, LARGEST = (1040, 900, 830, 760), 60_000
 GALLERY = (
     "bearings_misalignment",
     "benchmark",
+    "class_6_gears",
     "coast_down",
     "e_axle_shaft",
     "ev_reducer",
@@ -30,7 +31,6 @@ GALLERY = (
     "korta_static_dynamic",
     "korta_two_laws",
     "measured_table",
-    "parameter_variation",
     "planet_phasing",
     "planetary",
     "planetary_load_sharing",
@@ -39,6 +39,7 @@ GALLERY = (
     "shuttling",
     "steady_states",
     "tip_relief",
+    "tip_relief_drawing",
     "two_stage_helical",
     "two_stage_helical_gears",
     "wind_turbine",

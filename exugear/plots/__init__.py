@@ -1,6 +1,7 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.branch_plots import plot_branches
+from exugear.plots.design_plots import flank_drawing, plot_flank, plot_landscape, plot_pareto_front
 from exugear.plots.diagnosis_plots import (
     plot_condition_indicators,
     plot_envelope_spectrum,
@@ -37,6 +38,7 @@ from exugear.plots.stress_plots import (
 __all__ = [
     "DISTINCT",
     "figure",
+    "flank_drawing",
     "plot_bearing_forces",
     "plot_bearing_loads",
     "plot_branches",
@@ -49,8 +51,10 @@ __all__ = [
     "plot_envelope_spectrum",
     "plot_envelopes",
     "plot_field",
+    "plot_flank",
     "plot_gearbox",
     "plot_gears",
+    "plot_landscape",
     "plot_levels",
     "plot_line_load",
     "plot_load_distribution",
@@ -64,6 +68,7 @@ __all__ = [
     "plot_order_cuts",
     "plot_order_map",
     "plot_outlines",
+    "plot_pareto_front",
     "plot_peak_pressure",
     "plot_phase_sums",
     "plot_planet_shares",

@@ -9,6 +9,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import meshio
 import numpy as np
+import scipy
 import xarray as xr
 from coupled_sets import ravigneaux
 from elastic_rings import ring_map, ring_modes
@@ -23,6 +24,8 @@ from skfem.io.meshio import to_meshio
 
 import exugear
 import fem
+from exugear.study.flank_search import Design, FlankObjective
+from exugear.study.goals import Evaluation
 from fem.units import mm, um
 
 RING = exugear.RingPair(paper_gear(), z=-120, a=-84 * mm)
@@ -170,6 +173,16 @@ def two_bodies() -> tuple[Any, Any, list]:
     return container, mbs, [*items, contact]
 
 
+def design() -> exugear.OptimalFlanks:
+    """A design of the paper's pair that is made up: its search knows two designs."""
+    pair, goal = paper_pair(), exugear.Goal("peak_to_peak", 100.0)
+    evaluation = Evaluation((goal, exugear.Goal("mean", 100.0)), "sum", 8, fem.Slices(), None)
+    known = {(0.0,): Design((0.0,), np.ones(2), np.ones(2), 2.0)}
+    search = FlankObjective(lambda C_a: pair, {"C_a": exugear.Variable(0.0, 1.0)}, evaluation, known=known)
+    values = {goal.label: 1e-6}
+    return exugear.OptimalFlanks({"C_a": 0.0}, pair, 1.0, values, values, values, {}, xr.Dataset(), search)
+
+
 @cache
 def instances() -> dict[str, Any]:
     """An instance of each public class; its fields are valid arguments of the class."""
@@ -206,6 +219,7 @@ def instances() -> dict[str, Any]:
         planetary(), exugear.RingSensor(0.5, np.cos), exugear.SNCurve([1e3, 1e6], [2e9, 1e9]),
         exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
         ravigneaux()[1], exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
+        exugear.Variable(0.0, 1.0, 0.1, "um"), exugear.Goal("peak_to_peak", 100.0), design(),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
@@ -265,7 +279,7 @@ def by_name() -> dict[str, Any]:
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
         "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0, "turns_of": None, "relative_to": None,
-        "ring_angles": None, "ring_angle": 0.0,
+        "ring_angles": None, "ring_angle": 0.0, **of_studies(folder),
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -374,6 +388,32 @@ def by_name() -> dict[str, Any]:
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special | of_signals(folder)
+
+
+def of_studies(folder: Path) -> dict[str, Any]:
+    """Arguments of sweeps, tolerances and optimal flanks, and of their plots."""
+    tolerances = {name: scipy.stats.norm(0.0, 1.0) for name in "ab"}
+    data = exugear.monte_carlo(lambda a, b: a + b, tolerances, number=20, progress=False)
+    lines = {"x": ("x", [0.0, 1.0], {"unit": ""})}
+    landscape = xr.DataArray([1.0, 2.0], lines, "x", attrs={"optimum_x": 0.0})
+    front = xr.Dataset({"low": ("case", [1.0, 2.0]), "high": ("case", [2.0, 1.0])})
+    return {
+        "sweep.function": lambda a: a, "sweep.cases": [{"a": 1.0}], "sweep.store": folder / "sweep", "seed": None,
+        "monte_carlo.store": folder / "monte_carlo", "sobol_indices.store": folder / "sobol",
+        "monte_carlo.function": lambda a, b: a + b, "sobol_indices.function": lambda a, b: a + b,
+        "monte_carlo.seed": 0, "sobol_indices.seed": 0, "optimize_flanks.seed": 0, "sobol_indices.number": 8,
+        "tolerances": tolerances, "rank_correlation.data": data, "SweepStopped.data": data,
+        "flanks": lambda C_a: paper_pair(), "variables": {"C_a": exugear.Variable(0, 10 * um)},
+        "goals": exugear.Goal("peak_to_peak", 100.0), "combine": "sum", "draws": 2, "percentile": 90.0,
+        "landscape.first": "C_a", "landscape.second": None, "landscape.points": 3, "pareto_front.first": 0,
+        "pareto_front.second": 1, "pareto_front.points": 2, "method": "COBYQA", "starts": 1,
+        "optimize_flanks.tolerances": None, "optimize_flanks.gearbox": None,
+        "flank_measures.torque": 100.0, "measures": ("peak_to_peak",), "flank_measures.harmonics": 2,
+        "root_density": fem.Density(), "bearing_forces": False,
+        "vibration_measures.gearbox": lambda ste: None, "share": 0.5, "plot_flank.gear": "pinion",
+        "plot_flank.direction": "profile", "plot_landscape.data": landscape,
+        "plot_pareto_front.data": front.assign_attrs(first="low", second="high"),
+    }  # fmt: skip
 
 
 def of_sets() -> dict[str, Any]:
