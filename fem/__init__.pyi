@@ -10,6 +10,8 @@ from .gear.material import STEEL, Material
 from .gear.measured_flanks import flank_traces, pitch_chart, wobble
 from .gear.pinion_cutter import PinionCutter
 from .gear.rim_support import Bolts, Bush
+from .housing.reduced_housing import ReducedHousing
+from .housing.reduction import reduce_housing
 from .microgeometry.deviation import Crack, Grid, OnTooth, PitchDeviation, Spall, Waviness
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
@@ -36,6 +38,7 @@ from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.tooth_pairs import tooth_pair_map
 from .ste.transmission import static_transmission_error
+from .stress.flank_measures import flank_measures
 from .stress.load_distribution import load_distribution
 from .stress.load_factors import load_factors
 from .stress.root_stress import root_stress
@@ -64,6 +67,7 @@ __all__ = [
     "PitchDeviation",
     "ProfileCrowning",
     "Quantity",
+    "ReducedHousing",
     "Resolution",
     "RootRelief",
     "Sides",
@@ -77,6 +81,7 @@ __all__ = [
     "drawn_deviations",
     "dynamic",
     "explicit",
+    "flank_measures",
     "flank_traces",
     "hexahedra",
     "iso1328",
@@ -91,6 +96,7 @@ __all__ = [
     "pair_of",
     "peak_to_peak",
     "pitch_chart",
+    "reduce_housing",
     "ring_deflection",
     "ring_modes",
     "root_stress",

@@ -34,7 +34,7 @@ MODULES = (
     *("exugear", "exugear.plots", "exugear.spectrum", "exugear.graphics"),
 )
 #: Arguments and classes that only solvers make: the extent of a flank, and fields of stress.
-ONLY_INSIDE = {"face"}, {"fem.stress.Field"}
+ONLY_INSIDE = {"face"}, {"fem.stress.Field", "fem.ReducedHousing"}
 WRONG: dict[str, Any] = {
     "None": None,
     "object": object(),
@@ -62,8 +62,18 @@ TAKEN = {
         "string",
     ),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
-    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage", "RollingBearing.kind", "RollingBearing.estimate"), "string"),
-    **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
+    **dict.fromkeys(
+        (
+            "SpeedReached.shaft",
+            "Apart.stage",
+            "RollingBearing.kind",
+            "RollingBearing.estimate",
+            "Plan.housing",
+            "BuiltPlan.housing",
+        ),
+        "string",
+    ),
+    **dict.fromkeys(("save.data", "Run.data", "FlankCorrections.table", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
         (
             "Model.bodies",
@@ -73,9 +83,16 @@ TAKEN = {
             "Model.end_markers",
             "MeshForce.fixed_offsets",
             "EnergyBalance.losses",
+            "LoadCase.torques",
+            "FlankCorrections.corrections",
+            "FlankCorrections.pairs",
         ),
         "dict",
     ),
+    **dict.fromkeys(("store", "landscape.first", "landscape.second"), "string"),
+    **dict.fromkeys(("SweepStopped.data", "OptimalFlanks.evaluated"), "dataset"),
+    **dict.fromkeys([f"OptimalFlanks.{name}" for name in ("values", "goals", "unmodified", "finer")], "dict"),
+    "OptimalFlanks.objective": "nan",
     **dict.fromkeys(("Run.wall_time", "Quantity.value", "level.rms", "plot_run_up.resonances"), "nan"),
     **dict.fromkeys((f"Envelope.{name}" for name in ("abscissa", "low", "high", "rms")), "nan"),
     **dict.fromkeys((f"Peaks.{name}" for name in ("abscissa", "height")), "nan"),

@@ -1,11 +1,13 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.branch_plots import plot_branches
+from exugear.plots.design_plots import flank_drawing, plot_flank, plot_landscape, plot_pareto_front
 from exugear.plots.diagnosis_plots import (
     plot_condition_indicators,
     plot_envelope_spectrum,
     plot_synchronous_average,
 )
+from exugear.plots.face_plots import plot_bearing_loads, plot_line_load, plot_shaft_deflection
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.gearbox_drawing import plot_gearbox
@@ -36,7 +38,9 @@ from exugear.plots.stress_plots import (
 __all__ = [
     "DISTINCT",
     "figure",
+    "flank_drawing",
     "plot_bearing_forces",
+    "plot_bearing_loads",
     "plot_branches",
     "plot_campbell",
     "plot_condition_indicators",
@@ -47,9 +51,12 @@ __all__ = [
     "plot_envelope_spectrum",
     "plot_envelopes",
     "plot_field",
+    "plot_flank",
     "plot_gearbox",
     "plot_gears",
+    "plot_landscape",
     "plot_levels",
+    "plot_line_load",
     "plot_load_distribution",
     "plot_load_factors",
     "plot_load_sharing",
@@ -61,6 +68,7 @@ __all__ = [
     "plot_order_cuts",
     "plot_order_map",
     "plot_outlines",
+    "plot_pareto_front",
     "plot_peak_pressure",
     "plot_phase_sums",
     "plot_planet_shares",
@@ -70,6 +78,7 @@ __all__ = [
     "plot_root_stress",
     "plot_run_up",
     "plot_section",
+    "plot_shaft_deflection",
     "plot_side_bands",
     "plot_solid",
     "plot_spectrogram",

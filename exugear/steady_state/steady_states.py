@@ -13,6 +13,7 @@ from exugear.multibody.model import Model, require_model
 from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.running.run_data import stage_number
+from exugear.steady_state.bearing_vibration import bearing_vibration
 from exugear.steady_state.branch import Branch
 from exugear.steady_state.branch_data import labelled
 from exugear.steady_state.branch_search import all_branches
@@ -65,6 +66,7 @@ def steady_states(
     stage: Annotated[int | str | Sequence[int] | Sequence[str], check_stages] = 0,
     drive: str = "held",
     harmonics: int = 10,
+    bearing_forces: bool = False,
     progress: bool = True,
 ) -> xr.Dataset:
     """All periodic steady states of a gearbox over a range of speed, unstable ones included.
@@ -77,6 +79,8 @@ def steady_states(
                 together; stages with the same mesh frequency, as beside an idler, excite it as well
     drive       "held": the driving shaft turns at constant speed; "free": under a constant torque
     harmonics   multiples of the mesh frequency up to which harmonics of the DTE are given
+    bearing_forces  whether "bearing_force_rms" (point, bearing, direction) [N] is given, the rms of the vibration of
+                the forces of bearings on rigid shafts
     progress    show bars with the time left
 
     The equations are those of a run: the force laws of these stages with their damping, contact loss and back flanks.
@@ -130,6 +134,9 @@ def steady_states(
         branches = all_branches(system, within)
     levers = _levers(model, reduction)
     data = labelled(system, branches, cycles[: len(given)], harmonics, levers)
+    if bearing_forces:
+        vibration = bearing_vibration(model, reduction, branches)
+        data = data.assign_coords({name: vibration.pop(name) for name in ("bearing", "direction")}).assign(vibration)
     about = load_attributes(load, torques) | {"drive": drive, "idle_stages": idle, "lowest_speed": float(lowest)}
     about |= _about(model, reduction, branches)
     if np.ndim(stage):

@@ -7,7 +7,7 @@ axes that turn with the section. The position of the gear is that of
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 from math import sqrt
 
@@ -52,6 +52,9 @@ GRADING = 1.6
 SOFT, AXIAL = 1e-7, 1e-2
 #: Around a load elements grow beyond LOADED_RADIUS half-widths from its middle by GROWTH times the distance.
 LOADED_RADIUS, GROWTH = 1.5, 0.3
+
+#: Factorized solids that a process remembers: of pinion and wheel.
+REMEMBERED = 2
 
 
 @dataclass(frozen=True)
@@ -151,7 +154,13 @@ def plane_gear(gear: Gear, mesh: MeshTri) -> ElasticGear:
 
 
 def solid_gear(gear: Gear, density: Density) -> ElasticGear:
-    """Quadratic elements of the whole width, which resolve the root but not the contact."""
+    """Quadratic elements of the whole width, which resolve the root but not the contact; remembered for all flanks."""
+    return _solid(replace(gear, flank=()), density)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _solid(gear: Gear, density: Density) -> ElasticGear:
+    """The solid of a gear without modifications."""
     line = extrusion.both_sides(extrusion.half_face(gear.b, gear.b, density.width, GRADING))
     with announced(f"finite elements of the gear of {gear.z} teeth"):
         return _clamped(gear, Basis(section_mesh.section(gear, density), ElementQuad2()), Basis(line, ElementLineP2()))

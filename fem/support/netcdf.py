@@ -9,6 +9,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from errno import ENOENT
 from io import BytesIO
 from pathlib import Path
@@ -49,10 +50,17 @@ def write(data: xr.Dataset, path: Path) -> None:
     """Write compressed netCDF that ends with its digest; OSError where the file cannot be written."""
     content = BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
     packed = {name: PACKED for name, values in data.variables.items() if values.dtype == float}
-    data.to_netcdf(content, engine="h5netcdf", encoding=packed)
+    with _without_cluster():
+        data.to_netcdf(content, engine="h5netcdf", encoding=packed)
     with complete_file(path) as file:
         file.write(content.getbuffer())
         file.write(MARK + DIGEST(content.getbuffer()).digest())
+
+
+def _without_cluster() -> AbstractContextManager:
+    """Context in which xarray takes no lock of a Dask cluster, which would not know a file in memory."""
+    config = getattr(sys.modules.get("dask"), "config", None)
+    return config.set(scheduler="synchronous") if config else nullcontext()
 
 
 def read(path, remedy: str) -> xr.Dataset:

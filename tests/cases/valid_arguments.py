@@ -7,7 +7,9 @@ from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
+import meshio
 import numpy as np
+import scipy
 import xarray as xr
 from coupled_sets import ravigneaux
 from elastic_rings import ring_map, ring_modes
@@ -17,10 +19,13 @@ from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
 from rexs_files import two_stages as two_stages_of_rexs
 from ring_gears import COARSE, bolted, thin_ring_pair
 from scenes import linear_law, smooth_box, smooth_map
-from skfem import ElementQuad1
+from skfem import ElementQuad1, MeshHex
+from skfem.io.meshio import to_meshio
 
 import exugear
 import fem
+from exugear.study.flank_search import Design, FlankObjective
+from exugear.study.goals import Evaluation
 from fem.units import mm, um
 
 RING = exugear.RingPair(paper_gear(), z=-120, a=-84 * mm)
@@ -111,6 +116,41 @@ def loads_over_flanks() -> xr.Dataset:
     return xr.Dataset(variables, axes, fem.ste_map(paper_pair(), [0, 1.0], [0.0], np.zeros((2, 1))).attrs)
 
 
+@cache
+def loaded_faces() -> xr.Dataset:
+    """The load over the face of the paper's pair."""
+    return exugear.load_distribution(loaded_box(), 100.0, mesh_stiffness=15e9)
+
+
+@cache
+def loaded_box() -> exugear.Gearbox:
+    """The paper's pair on two bearings a shaft."""
+    ball = exugear.Bearing(radial=2e8, axial=1e8)
+    return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
+
+
+@cache
+def bar() -> meshio.Mesh:
+    """A bar as the mesh of a housing."""
+    return to_meshio(MeshHex.init_tensor(*(np.linspace(0, size, n) for size, n in ((0.3, 4), (0.1, 2), (0.1, 2)))))
+
+
+def bar_end(points: np.ndarray) -> np.ndarray:
+    """Whether points lie at the end of the bar."""
+    return points[0] > 0.299
+
+
+def bar_start(points: np.ndarray) -> np.ndarray:
+    """Whether points lie at its beginning."""
+    return points[0] < 0.001
+
+
+@cache
+def reduced_housing() -> fem.ReducedHousing:
+    """The bar, a seat at its end."""
+    return fem.reduce_housing(bar(), [bar_end], bar_start, modes=3)
+
+
 def elastic_shaft() -> exugear.Shaft:
     """A shaft from sections."""
     ball = exugear.Bearing(radial=2e8, axial=1e8)
@@ -131,6 +171,16 @@ def two_bodies() -> tuple[Any, Any, list]:
     contact = exugear.CreateGearContact(mbs, itemNumbers=items, pair=paper_pair(), force=linear_law(), phase=0.1)
     mbs.Assemble()
     return container, mbs, [*items, contact]
+
+
+def design() -> exugear.OptimalFlanks:
+    """A design of the paper's pair that is made up: its search knows two designs."""
+    pair, goal = paper_pair(), exugear.Goal("peak_to_peak", 100.0)
+    evaluation = Evaluation((goal, exugear.Goal("mean", 100.0)), "sum", 8, fem.Slices(), None)
+    known = {(0.0,): Design((0.0,), np.ones(2), np.ones(2), 2.0)}
+    search = FlankObjective(lambda C_a: pair, {"C_a": exugear.Variable(0.0, 1.0)}, evaluation, known=known)
+    values = {goal.label: 1e-6}
+    return exugear.OptimalFlanks({"C_a": 0.0}, pair, 1.0, values, values, values, {}, xr.Dataset(), search)
 
 
 @cache
@@ -155,14 +205,21 @@ def instances() -> dict[str, Any]:
         fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm), bolted(), fem.Bush(radial=1e9, tangential=1e9),
         exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
         exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3), exugear.Placement(),
+        exugear.ExternalForce(y=-100.0), exugear.Unbalance(1e-3), exugear.LoadCase("case", 100.0, 10.0),
+        exugear.LoadSpectrum([exugear.LoadCase("case", 100.0, 10.0)], 3600.0),
         exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
         exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um), exugear.XuFriction(0.02, 0.4
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         elastic_shaft(), linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
+        planetary(), exugear.RingSensor(0.5, np.cos),
+        reduced_housing(), exugear.Housing([("fast", 0.0)], 1e8 * np.eye(6)),
+        exugear.propose_flank_corrections(loaded_box(), 100.0, mesh_stiffness=15e9, parts=8),
+        exugear.deflected_pair(loaded_box(), loaded_faces()),
         planetary(), exugear.RingSensor(0.5, np.cos), exugear.SNCurve([1e3, 1e6], [2e9, 1e9]),
         exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
         ravigneaux()[1], exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
+        exugear.Variable(0.0, 1.0, 0.1, "um"), exugear.Goal("peak_to_peak", 100.0), design(),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
@@ -176,11 +233,14 @@ def by_name() -> dict[str, Any]:
     fem.save(smooth_map(), folder / "map.nc")
     made["Run"].save(folder / "run.nc")
     linear_law().save(folder / "law.nc")
+    np.savez(folder / "housing.npz", K=1e8 * np.eye(6))
     (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
     chart = "tooth [1], removed [um]\n" + "".join(f"{i}, 0\n" for i in range(57))
     (folder / "chart.csv").write_text(chart)
     (folder / "trace.csv").write_text("tooth [1], axial [mm], removed [um]\n0, -9, 0\n0, 9, 1\n")
     (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
+    (folder / "cycle.csv").write_text("speed [rpm], load [N m], share [%]\n1000, 50, 100\n")
+    (folder / "motor.csv").write_text("speed [rpm], torque [N m]\n0, 50\n1000, 0\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
     quantity = ("z", 57.0, "1", "number of teeth")
@@ -219,7 +279,7 @@ def by_name() -> dict[str, Any]:
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
         "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0, "turns_of": None, "relative_to": None,
-        "ring_angles": None, "ring_angle": 0.0,
+        "ring_angles": None, "ring_angle": 0.0, **of_studies(folder),
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -254,6 +314,8 @@ def by_name() -> dict[str, Any]:
         "MeshForce.from_tooth_pairs.pairs": tooth_pairs(), "MeshForce.from_tooth_pairs.coast": None,
         "MeshForce.ste.torque": [10.0], "MeshForce.ste.phases": 4,
         "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
+        "LoadSpectrum.from_table.path": folder / "cycle.csv", "MotorCurve.from_table.path": folder / "motor.csv",
+        "LoadSpectrum.from_table.gearbox": smooth_box(),
         "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",
@@ -272,8 +334,25 @@ def by_name() -> dict[str, Any]:
         "step_angle": 0.0, "tooth": None, "exact_ratios.stages": [planetary()], "exact_ratios.driving": "sun",
         "exact_ratios.held": "ring",
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
+        "read_rexs.shafts": "rigid", "read_rexs.bearings": "linear", "read_rexs.load_case": 1,
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
+        "reduce_housing.mesh": bar(), "reduce_housing.seats": [bar_end], "reduce_housing.fixed": bar_start,
+        "reduce_housing.material": fem.STEEL, "reduce_housing.modes": 3,
+        "ReducedHousing.response.frequency": [10.0], "ReducedHousing.surface_velocity.frequency": [10.0],
+        "forces": np.ones((1, 6)), "damping_ratio": 0.02,
+        "Housing.from_file.path": folder / "housing.npz", "Housing.from_file.mass": None,
+        "Housing.from_file.seats": [("fast", 0.0)], "Housing.from_reduction.seats": [("fast", 0.0)],
+        "Housing.from_reduction.reduced": reduced_housing(),
+        "radiated_power.run": run_on_bearings(), "radiated_power.reduced": reduced_housing(),
+        "radiated_power.seats": [("fast", 0.0)], "radiated_power.resolution": 200.0, "radiated_power.highest": 2000.0,
+        "ReducedHousing.radiated_power.frequency": [10.0],
+        "load_distribution.loads": None, "propose_flank_corrections.loads": None, "mesh_stiffness": 15e9,
+        "parts": 8, "spread": 0.0, "deflected_pair.data": loaded_faces(), "deflected_pair.gearbox": loaded_box(),
+        "deflected_pair.mesh": None, "plot_line_load.data": loaded_faces(), "plot_line_load.mesh": None,
+        "plot_shaft_deflection.data": loaded_faces(), "plot_shaft_deflection.direction": "x",
+        "plot_shaft_deflection.shaft": "fast", "plot_bearing_loads.data": loaded_faces(),
+        "report.load_distribution": loaded_faces(),
         "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(),
         "bearing_life.shares": None,
         "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],
@@ -309,6 +388,32 @@ def by_name() -> dict[str, Any]:
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special | of_signals(folder)
+
+
+def of_studies(folder: Path) -> dict[str, Any]:
+    """Arguments of sweeps, tolerances and optimal flanks, and of their plots."""
+    tolerances = {name: scipy.stats.norm(0.0, 1.0) for name in "ab"}
+    data = exugear.monte_carlo(lambda a, b: a + b, tolerances, number=20, progress=False)
+    lines = {"x": ("x", [0.0, 1.0], {"unit": ""})}
+    landscape = xr.DataArray([1.0, 2.0], lines, "x", attrs={"optimum_x": 0.0})
+    front = xr.Dataset({"low": ("case", [1.0, 2.0]), "high": ("case", [2.0, 1.0])})
+    return {
+        "sweep.function": lambda a: a, "sweep.cases": [{"a": 1.0}], "sweep.store": folder / "sweep", "seed": None,
+        "monte_carlo.store": folder / "monte_carlo", "sobol_indices.store": folder / "sobol",
+        "monte_carlo.function": lambda a, b: a + b, "sobol_indices.function": lambda a, b: a + b,
+        "monte_carlo.seed": 0, "sobol_indices.seed": 0, "optimize_flanks.seed": 0, "sobol_indices.number": 8,
+        "tolerances": tolerances, "rank_correlation.data": data, "SweepStopped.data": data,
+        "flanks": lambda C_a: paper_pair(), "variables": {"C_a": exugear.Variable(0, 10 * um)},
+        "goals": exugear.Goal("peak_to_peak", 100.0), "combine": "sum", "draws": 2, "percentile": 90.0,
+        "landscape.first": "C_a", "landscape.second": None, "landscape.points": 3, "pareto_front.first": 0,
+        "pareto_front.second": 1, "pareto_front.points": 2, "method": "COBYQA", "starts": 1,
+        "optimize_flanks.tolerances": None, "optimize_flanks.gearbox": None,
+        "flank_measures.torque": 100.0, "measures": ("peak_to_peak",), "flank_measures.harmonics": 2,
+        "root_density": fem.Density(), "bearing_forces": False,
+        "vibration_measures.gearbox": lambda ste: None, "share": 0.5, "plot_flank.gear": "pinion",
+        "plot_flank.direction": "profile", "plot_landscape.data": landscape,
+        "plot_pareto_front.data": front.assign_attrs(first="low", second="high"),
+    }  # fmt: skip
 
 
 def of_sets() -> dict[str, Any]:

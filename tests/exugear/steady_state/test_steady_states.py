@@ -215,3 +215,22 @@ def test_branches_that_leave_the_map_are_returned_up_to_there():
     assert data.attrs["broken_branches"]
     assert data.attrs["force_error"] < 1e-6
     assert np.isfinite(data["rms"]).all()
+
+
+@pytest.mark.slow
+def test_bearing_forces_vibrate_as_in_a_settled_run():
+    parts = {-30 * mm: BALL, 30 * mm: BALL}
+    model = exugear.build(smooth_box(parts=parts))
+    speed = (1000 * rpm, 1100 * rpm)
+    states = exugear.steady_states(model, speed=speed, load=LOAD, bearing_forces=True, progress=False)
+    point = int(np.flatnonzero(states["stable"].values)[0])
+    run = exugear.run_up(model, speed=float(states["speed"][point]), load=LOAD, duration=0.4, progress=False, checks=0)
+    settled = run.data["bearing_force"].isel(time=slice(run.data.sizes["time"] // 2, None)).std("time")
+    vibration = states["bearing_force_rms"].isel(point=point)
+    assert vibration["bearing"].values.tolist() == settled["bearing"].values.tolist()
+    assert vibration.values == pytest.approx(settled.values, rel=1e-2, abs=1e-3 * float(settled.max()))
+
+
+def test_bearing_forces_need_bearings(spinning):
+    with pytest.raises(ValueError, match="bearing_forces must be False where all shafts only spin"):
+        exugear.steady_states(spinning, speed=(200.0, 210.0), load=LOAD, bearing_forces=True, progress=False)

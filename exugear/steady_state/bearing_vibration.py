@@ -1,0 +1,67 @@
+"""Vibration of the bearing forces in a steady state, by the whole laws of the bearings at the motion of an orbit."""
+
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from exugear.gearbox.shaft_dynamics import bearing_forces
+from exugear.multibody.model import Model
+from exugear.steady_state.branch import Branch
+from exugear.steady_state.force_error import Reduction
+from exugear.steady_state.periodic_orbit import PeriodicOrbits
+from fem.support.validation import require
+from fem.units import mm
+
+#: Samples in a cycle of the fastest mesh: twice those that resolve its tenth harmonic.
+SAMPLES = 40
+DIRECTIONS = "x", "y", "z"
+
+
+def bearing_vibration(model: Model, reduction: Reduction, branches: list[Branch]) -> dict[str, Any]:
+    """Variables of `steady_states`: rms of the vibration of bearing forces over (point, bearing, direction).
+
+    Raises ValueError where no shaft stands on bearings, and for sets on pins, whose frame turns.
+    """
+    require(not model.pins, "bearing_forces must be False for planets on pins, which are seen in a frame that turns")
+    kinds = model.plan.shafts
+    shafts = [x for x in model.gearbox.shafts if kinds[x.name].on_bearings and x.bearings]
+    require(len(shafts) > 0, "bearing_forces must be False where all shafts only spin: no bearing is modelled")
+    rows = [_rms(model, reduction, shafts, branch, point) for branch in branches for point in branch.points]
+    labels = [f"{shaft.name} at {axial / mm:g} mm" for shaft in shafts for axial in shaft.bearings]
+    about = {"units": "N", "long_name": "rms of the vibration of the bearing force"}
+    over = "point", "bearing", "direction"
+    return {"bearing_force_rms": (over, np.array(rows), about), "bearing": labels, "direction": [*DIRECTIONS]}
+
+
+def _rms(model: Model, reduction: Reduction, shafts: list, branch: Branch, point) -> np.ndarray:
+    """(n_bearing, 3) rms of the forces about their means over the period of an orbit [N]."""
+    system, orbits = reduction.system, PeriodicOrbits(reduction.system, branch.period)
+    states, frequency = orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns)
+    number = SAMPLES * max(mesh.cycles for mesh in system.meshes)
+    to_coordinates = (reduction.motions @ system.blocks.coordinates).T
+    parts = []
+    for _ in range(branch.period):
+        sampled, _ = system.sampled(states, frequency, np.arange(number) / number)
+        parts.append(sampled @ to_coordinates)
+        states = system.settled(states, frequency, 1)
+    motion, period = np.concatenate(parts), branch.period * system.cycles / frequency
+    turns = 2j * pi * np.fft.rfftfreq(len(motion), 1 / len(motion))[:, None] / period
+    rate = np.fft.irfft(turns * np.fft.rfft(motion, axis=0), len(motion), axis=0)
+    forces = []
+    for shaft in shafts:
+        moving = _moving(model, shaft.name)
+        of_shaft = np.zeros((len(shaft.bearings), 3, len(motion)))
+        built = model.elastics.get(shaft.name)
+        elastic = built.elastic if built else None
+        bearing_forces(shaft, (reduction.coordinates + motion)[:, moving], rate[:, moving], of_shaft, elastic)
+        forces.append(of_shaft)
+    return np.concatenate(forces).std(axis=2)
+
+
+def _moving(model: Model, name: str) -> np.ndarray:
+    """Indices of the coordinates that move the axis of a shaft; of an elastic one also those that bend it."""
+    kind, spin = model.plan.shafts[name], model.spins[name]
+    built = model.elastics.get(name)
+    require(built is None, f"bearing_forces must be False for elastic shafts ({name}); take exugear.run_up for them")
+    return np.arange(spin - kind.spin_index, spin)

@@ -1,0 +1,1 @@
+"""Many designs: sweeps over cases, tolerances and optimal flanks."""
