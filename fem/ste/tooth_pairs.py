@@ -53,6 +53,8 @@ CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
 #: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches
 #: beyond the ends of the path. Spur gears with linear reliefs need most.
 KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 8, 0.3
+#: Positions in a pitch of increments with kinks of their own, as beside the edges of a spall.
+KINKED_KNOTS = 64
 #: Least length of a part of the path between kinks [pitches].
 SHORTEST_PART = 0.004
 #: Gap beyond the path up to which tooth pairs may touch [m].
@@ -341,7 +343,7 @@ def _increments(
         with_tooth = _with_flanks(model.pair, *flanks)
         of_tooth = parts_of_path(with_tooth, float(model.offsets["a"].min()))
         of_tooth = np.concatenate([parts[:1], of_tooth[1:-1], parts[-1:]])
-        at = knots(of_tooth, INCREMENT_KNOTS)
+        at = knots(of_tooth, INCREMENT_KNOTS if of_tooth.size == parts.size else KINKED_KNOTS)
         if at.tobytes() not in without:
             base = f"tooth pairs without that of the {GEARS[number]}"
             without[at.tobytes()] = _solved(single, at, executor, base)[0, :, 0, 0, 0]
