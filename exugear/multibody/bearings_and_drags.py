@@ -28,7 +28,7 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.rolling_bearings import add_rolling_bearing
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.planning.coordinates import Coordinates
-from exugear.rolling_bearings.law import LawRecord, law_at, law_record, reaction
+from exugear.rolling_bearings.law import LawRecord, law_at, reaction
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
@@ -153,7 +153,7 @@ def drag_functions(shaft: Shaft, n: int):
     """
     nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
     laws = {
-        axial: law_record(bearing.rows, axial - shaft.centre, tables=True)
+        axial: bearing.record_of_runs(axial - shaft.centre)
         if isinstance(bearing, RollingBearing)
         else radial_record(bearing, axial - shaft.centre)
         for axial, bearing in nonlinear.items()
@@ -188,12 +188,12 @@ def drag_record(shaft: Shaft, laws: Mapping[float, np.record | LawRecord]) -> np
 
 
 @compiled
-def bearing_load(drag, displacement):
-    """Radial force [N] of the bearing of a drag at displacements and tilts (5) of the centre of mass [m, rad]."""
+def bearing_load(drag, displacement, spin):
+    """Radial force [N] of the bearing of a drag at displacements and tilts (5) of the centre of mass and spin [rad]."""
     if drag.arm == 0.0:
         return 0.0
     if drag.rolling != 0:
-        forces = reaction(law_at(drag.rolling), displacement, (0.0, 0.0, 0.0, 0.0, 0.0))
+        forces = reaction(law_at(drag.rolling), displacement, (0.0, 0.0, 0.0, 0.0, 0.0), spin)
         return np.hypot(forces[0], forces[1])
     p, q, k = 0.0, 0.0, drag.stiffness
     for i in range(5):
@@ -222,7 +222,7 @@ def torque_and_slope(record, x):
     drags, displacement, torque, slope = drags_at(record), displacement_of(x), 0.0, 0.0
     for i in range(drags.number):
         drag = drag_at(record + DRAGS_SIZE + DRAG_SIZE * i)
-        load = bearing_load(drag, displacement)
+        load = bearing_load(drag, displacement, x[len(x) // 2 - 1])
         torque, slope = torque + braking_torque(drag, x[-1], load), slope + braking_slope(drag, x[-1], load)
     return torque, slope
 

@@ -38,6 +38,9 @@ class Row:
     E, nu        Young's modulus [Pa] and Poisson's ratio of elements and rings
     axial        position from the centre of the bearing [m]
     direction    1: a motion of the shaft along z closes the contacts, -1: against z
+    cage_angle   of the first element while the shaft has not turned [rad], where the cage rolls with the shaft; None:
+                 the cage stands, the first element on the x axis
+    on_pin       whether the outer ring moves with the shaft instead of the inner one, which stands
     """
 
     Z: int
@@ -48,6 +51,8 @@ class Row:
     nu: float = 0.3
     axial: float = 0.0
     direction: int = 1
+    cage_angle: float | None = None
+    on_pin: bool = False
 
     @property
     def R(self) -> float:
@@ -67,7 +72,17 @@ class Row:
     @cached_property
     def angles(self) -> np.ndarray:
         """(Z,) angles of the elements from x [rad], while the cage has not turned."""
-        return 2 * pi * np.arange(self.Z) / self.Z
+        return (self.cage_angle or 0.0) + 2 * pi * np.arange(self.Z) / self.Z
+
+    @property
+    def cage_ratio(self) -> float:
+        """Turns of the cage per turn of the shaft, 0 where it stands: (1 - gamma) / 2, of the outer ring the rest."""
+        return 0.0 if self.cage_angle is None else (1 - self.moving_side * self.gamma) / 2
+
+    @property
+    def moving_side(self) -> int:
+        """1 where the inner ring moves with the shaft, -1 where the outer one does: its motion closes contacts."""
+        return -1 if self.on_pin else 1
 
     def ring_motion(self, q: np.ndarray) -> np.ndarray:
         """(n, Z, 3) xi, z, tau at the elements, by displacements q (n, 5) [m, rad] of the bearing."""
@@ -156,7 +171,7 @@ class BallRow(Row):
     @property
     def map(self) -> np.ndarray:
         """(2, 3) slopes of these distances by xi, z and tau."""
-        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, self.R]])
+        return self.moving_side * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, self.R]])
 
     def loads(self, q: np.ndarray) -> np.ndarray:
         """(n, Z) forces of the balls [N] at displacements q (n, 5) [m, rad]."""
@@ -234,7 +249,7 @@ class RollerRow(Row):
     def map(self) -> np.ndarray:
         """(2, 3) slopes of approach and tilt by xi, z and tau."""
         axial = sin(self.alpha)
-        return np.array([[cos(self.alpha), axial, self.R * axial], [0.0, 0.0, 1.0]])
+        return self.moving_side * np.array([[cos(self.alpha), axial, self.R * axial], [0.0, 0.0, 1.0]])
 
     def lamina_loads(self, q: np.ndarray) -> np.ndarray:
         """(n, Z, laminae) forces of the laminae [N] at displacements q (n, 5) [m, rad]."""
