@@ -8,7 +8,7 @@ from math import cos, inf, pi, sin
 import numpy as np
 
 from exugear.gearbox.bearing import RIGID, SOFT, Bearing, about_pole
-from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.gearbox.drag import AnyDrag
 from exugear.rolling_bearings.catalogue import HABITS, Sizes, described, estimated_row, pitch_diameter
 from exugear.rolling_bearings.law import LawRecord, Response, law_record, response
 from exugear.rolling_bearings.life import dynamic_capacity, reference_life
@@ -39,7 +39,7 @@ class RollingBearing:
                    `angular_contact`, `cylindrical_roller`, `tapered_roller`, `needle`, and pairs by `paired`
     C              dynamic radial capacity of a single row [N]; by default that of ISO 281 for the geometry
     damping_time   damping over stiffness [s]: force = dU/dq + damping_time d2U/dq2 dq/dt
-    drag           `Drag` or `BearingDrag`: the torque by which it brakes the shaft
+    drag           `Drag`, `BearingDrag` or `SkfDrag`: the torque by which it brakes the shaft
     guidance       stiffness of ribs or thrust washers along the axis, beside that of the rows [N/m]
     estimate       how the geometry was estimated, with its error (`from_catalogue`); empty where it is given
 
@@ -57,7 +57,7 @@ class RollingBearing:
     rows: tuple[Row, ...]
     C: float = field(kw_only=True)
     damping_time: float = field(default=0.0, kw_only=True)
-    drag: Drag | BearingDrag | None = field(default=None, kw_only=True)
+    drag: AnyDrag | None = field(default=None, kw_only=True)
     guidance: float = field(default=0.0, kw_only=True)
     estimate: str = field(default="", kw_only=True)
 
@@ -96,7 +96,7 @@ class RollingBearing:
         E: float = 210e9,
         nu: float = 0.3,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A deep groove ball bearing.
 
@@ -134,7 +134,7 @@ class RollingBearing:
         E: float = 210e9,
         nu: float = 0.3,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """An angular contact ball bearing, whose balls just touch both rings in the centred position.
 
@@ -165,7 +165,7 @@ class RollingBearing:
         guidance: float = 0.0,
         C: float | None = None,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A cylindrical roller bearing of steel; without guidance it carries no axial force.
 
@@ -197,7 +197,7 @@ class RollingBearing:
         guidance: float = 0.0,
         C: float | None = None,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A needle roller bearing: as `cylindrical_roller`, with long rollers that only drop near their ends.
 
@@ -220,7 +220,7 @@ class RollingBearing:
         laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A tapered roller bearing of steel, whose rollers just touch both rings in the centred position.
 
@@ -249,7 +249,7 @@ class RollingBearing:
         direction: int = 1,
         clearance: float = 0.0,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A bearing whose inner geometry is estimated from what catalogues tell; `estimate` tells how well.
 
@@ -509,7 +509,12 @@ class LoadedBearing:
 
 def comes_apart(bearing: RollingBearing, q: np.ndarray) -> bool:
     """Whether a displacement q (5,) [m, rad] pulls the rings of an angular contact bearing apart."""
-    return any(row.comes_apart(q[:COORDINATES]) for row in bearing.rows)
+    return bool(parted(bearing, q[None, :COORDINATES])[0])
+
+
+def parted(bearing: RollingBearing, q: np.ndarray) -> np.ndarray:
+    """(n,) whether displacements q (n, 5) [m, rad] pull the rings of an angular contact bearing apart."""
+    return np.any([row.comes_apart(q) for row in bearing.rows], axis=0)
 
 
 def pressures(row: Row, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from exugear.gearbox.bearing_law import (
 )
 from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.elastic_shaft import ElasticShaft
-from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
+from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart, parted
 from exugear.gearbox.shaft import Shaft
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
 
@@ -207,6 +207,30 @@ def bearing_tilts(shaft: Shaft, q: np.ndarray, elastic: ElasticShaft | None = No
     if q.shape[1] < 5:
         return np.zeros((len(shaft.bearings), 2, len(q)))
     return np.array([_motion_at(shaft, axial, q.shape[1], elastic)[3:5] @ q.T for axial in shaft.bearings])
+
+
+def parted_bearings(
+    shaft: Shaft, q: np.ndarray, forces: np.ndarray, elastic: ElasticShaft | None = None
+) -> dict[float, np.ndarray]:
+    """Axial position [m] -> (n,) whether a rolling bearing with a contact angle has lost its axial force.
+
+    Its balls press where the rings have no shoulder, or none of its rows carries anything. Only bearings for which that
+    happens.
+
+    forces       (n_bearing, 3, n) on the shaft [N]
+    q, elastic   as in `bearing_forces`
+    """
+    apart = {}
+    for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
+        if not isinstance(bearing, RollingBearing) or all(row.alpha == 0 for row in bearing.rows):
+            continue
+        motion, lost = _motion_at(shaft, axial, q.shape[1], elastic)[:5], ~force.any(axis=0)
+        for first in range(0, len(q), BLOCK):
+            block = slice(first, first + BLOCK)
+            lost[block] |= parted(bearing, q[block] @ motion.T)
+        if lost.any():
+            apart[axial] = lost
+    return apart
 
 
 def _with_spin(bearing: Bearing | RollingBearing, q: np.ndarray, spin: np.ndarray | None) -> np.ndarray:

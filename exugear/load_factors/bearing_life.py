@@ -35,7 +35,7 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -
     hours      the same at the mean speed of the runs [h]
     pressure   largest contact pressure of a ball or roller at either raceway [Pa]
 
-    The outer ring stands, elements share the load as in statics. Raises ValueError for runs without tilts of rolling
+    The outer ring stands, of planets on pins the inner one; elements share the load as in statics. Raises ValueError for runs without tilts of rolling
     bearings.
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
@@ -49,7 +49,7 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -
     fits = times.shape == durations.shape and bool((times >= 0).all()) and bool(times.sum() > 0)
     require(fits, f"shares must be (n_run,) >= 0 with n_run = {len(runs)}, got {shares}")
     bearings = {
-        f"{shaft.name} at {axial / mm:g} mm": (bearing, gearbox.ratios[shaft.name])
+        f"{shaft.name} at {axial / mm:g} mm": (bearing, _speed_ratio(gearbox, shaft.name))
         for shaft in gearbox.shafts
         for axial, bearing in shaft.bearings.items()
         if isinstance(bearing, RollingBearing)
@@ -67,6 +67,12 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -
         for i, (name, (unit, long_name)) in enumerate(columns.items())
     }
     return xr.Dataset(values, {"bearing": list(life)})
+
+
+def _speed_ratio(gearbox: Gearbox, name: str) -> float:
+    """Speed of a shaft over that of the driving shaft; of a planet that against its carrier, which bears the pin."""
+    carrier = gearbox.planets.get(name)
+    return gearbox.ratios[name] - (gearbox.ratios[carrier.name] if carrier else 0.0)
 
 
 def _life(

@@ -38,9 +38,11 @@ RADIAL_LAW = record_type(("points", "i8"), ("lever", "f8"), ("damping", "f8"))
 RADIAL_LAW_SIZE = RADIAL_LAW.itemsize
 radial_law_at = reader(RADIAL_LAW)
 #: A drag: its terms; radial stiffness (2, 5) of its bearing over the motion of the centre of mass [N/m, N/rad], without
-#: that of a nonlinear bearing; addresses of the radial law and of the law of a rolling bearing, else 0.
+#: that of a nonlinear bearing; whether it needs the load of that bearing; addresses of the radial law and of the law of a
+#: rolling bearing, else 0.
 DRAG = record_type(
-    *((name, "f8") for name in DragTerms._fields), ("stiffness", "f8", (2, 5)), ("law", "i8"), ("rolling", "i8")
+    *((name, "f8") for name in DragTerms._fields),
+    *(("stiffness", "f8", (2, 5)), ("loaded", "i8"), ("law", "i8"), ("rolling_law", "i8")),
 )
 #: Head of the drags of a shaft: their number; behind it they lie one after the other.
 DRAGS = record_type(("number", "i8"))
@@ -179,9 +181,10 @@ def drag_record(shaft: Shaft, laws: Mapping[float, np.record | LawRecord]) -> np
         for name, value in drag.terms._asdict().items():
             entry[name] = value
         if drag.needs_load:
+            entry["loaded"] = 1
             entry["stiffness"] = linear_part(shaft.bearings[axial], axial - shaft.centre)[:2, :5]
             law = laws.get(axial)
-            entry["rolling"] = law.address if isinstance(law, LawRecord) else 0
+            entry["rolling_law"] = law.address if isinstance(law, LawRecord) else 0
             entry["law"] = address_of(law) if isinstance(law, np.record) else 0
     kind = record_type(("head", DRAGS), ("drags", DRAG, len(entries)))
     return record_of(kind, head=record_of(DRAGS, number=len(entries)), drags=entries)
@@ -190,10 +193,10 @@ def drag_record(shaft: Shaft, laws: Mapping[float, np.record | LawRecord]) -> np
 @compiled
 def bearing_load(drag, displacement, spin):
     """Radial force [N] of the bearing of a drag at displacements and tilts (5) of the centre of mass and spin [rad]."""
-    if drag.arm == 0.0:
+    if drag.loaded == 0:
         return 0.0
-    if drag.rolling != 0:
-        forces = reaction(law_at(drag.rolling), displacement, (0.0, 0.0, 0.0, 0.0, 0.0), spin)
+    if drag.rolling_law != 0:
+        forces = reaction(law_at(drag.rolling_law), displacement, (0.0, 0.0, 0.0, 0.0, 0.0), spin)
         return np.hypot(forces[0], forces[1])
     p, q, k = 0.0, 0.0, drag.stiffness
     for i in range(5):

@@ -8,11 +8,18 @@ import numpy as np
 
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
-from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, bearing_tilts, braking_torques
+from exugear.gearbox.shaft_dynamics import (
+    bearing_displacements,
+    bearing_forces,
+    bearing_tilts,
+    braking_torques,
+    parted_bearings,
+)
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.model import Model, is_first
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
+from fem.support.user_warning import warn_user
 from fem.units import mm
 
 
@@ -170,7 +177,27 @@ class BearingForces:
                 bearing_displacements(shaft, q, moved[first:last], self.model.scene.elastic.get(shaft.name))
             data["bearing_displacement"] = over, moved, about
             data |= self._tilts(motions)
+        data |= self._parted(motions, labels, number)
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
+
+    def _parted(self, motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]], labels: list[str], number: int):
+        """Share of the samples in which bearings have lost their axial force, with a warning; empty where none has."""
+        shares, last = dict.fromkeys(labels, 0.0), 0
+        for name, (shaft, q, _) in motions.items():
+            first, last = last, last + len(shaft.bearings)
+            forces, elastic = self.values[first:last, :, :number], self.model.scene.elastic.get(name)
+            for axial, lost in parted_bearings(shaft, q[:number], forces, elastic).items():
+                shares[f"{name} at {axial / mm:g} mm"] = float(lost.mean())
+        lost = {label: f"{share:.2g} of the samples" for label, share in shares.items() if share}
+        if not lost:
+            return {}
+        warn_user(
+            f"rings of bearings with a contact angle part, their axial force is lost: {lost}; from then on their balls "
+            "press where rings have no shoulder, or nothing carries. Preload them in pairs, turn them by direction=, or "
+            "load them along their axis"
+        )
+        about = {"units": "1", "long_name": "share of the samples in which the axial force of the bearing is lost"}
+        return {"bearing_parted": ("bearing", [*shares.values()], about)}
 
     def _tilts(self, motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]]) -> dict[str, Any]:
         """Tilts of the shafts at all bearings, which the loads on rolling elements need; empty without such bearings."""

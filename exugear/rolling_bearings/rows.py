@@ -111,9 +111,9 @@ class Row:
         """The row whose rings are pushed together along the axis [m]."""
         raise NotImplementedError
 
-    def comes_apart(self, q: np.ndarray) -> bool:
-        """Whether a displacement q (5,) pulls the rings apart, so that elements press where rings have no shoulder."""
-        return False
+    def comes_apart(self, q: np.ndarray) -> np.ndarray:
+        """(n,) whether displacements q (n, 5) part the rings, so that elements press where rings have no shoulder."""
+        return np.zeros(len(q), bool)
 
     def loads(self, q: np.ndarray) -> np.ndarray:
         """(n, Z) forces of the elements [N] at displacements q (n, 5) [m, rad]."""
@@ -178,12 +178,13 @@ class BallRow(Row):
         approach = np.hypot(*np.moveaxis(self.contacts(q), -1, 0)) - self.A
         return self.stiffness * np.maximum(approach, 0.0) ** 1.5
 
-    def comes_apart(self, q: np.ndarray) -> bool:
-        """Whether balls of an angular contact row press with a tenth of their contact angle, or on the other side."""
-        axial = self.contacts(q[None])[0, :, 1]
-        return self.alpha > 0 and bool(
-            (axial[self.loads(q[None])[0] > 0] < LEAST_ANGLE * self.A * sin(self.alpha)).any()
-        )
+    def comes_apart(self, q: np.ndarray) -> np.ndarray:
+        """(n,) whether balls of an angular contact row press with a tenth of their contact angle, or on the other side."""
+        if self.alpha == 0:
+            return super().comes_apart(q)
+        radial, axial = np.moveaxis(self.contacts(q), -1, 0)
+        pressing = np.hypot(radial, axial) > self.A
+        return (pressing & (axial < LEAST_ANGLE * self.A * sin(self.alpha))).any(axis=1)
 
     @property
     def static_approach(self) -> float:
