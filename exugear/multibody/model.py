@@ -246,6 +246,12 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
     resonances = zip(*(train.mesh_resonances(names, sets).tolist() for names in (driving, ())), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
+    supports = [
+        bearing
+        for shaft in box.shafts
+        if system.scene.shafts[shaft.name].on_bearings
+        for bearing in shaft.bearings.values()
+    ]
     plan = BuiltPlan(
         **vars(system.scene),
         omega=omega,
@@ -254,6 +260,8 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
         mesh_resonances=dict(zip(box.labels, resonances, strict=True)),
         decay=train.decay(imposed),
         largest_torques=dict(zip(box.labels, largest, strict=True)),
+        supports=len(supports),
+        rolling=sum(isinstance(bearing, RollingBearing) for bearing in supports),
     )
     per_torque = force_per_torque(box, held)
     meshes = tuple(_mesh(system, train, i, imposed, per_torque) for i in range(len(system.contacts)))
