@@ -35,9 +35,11 @@ WINDOWS = 40
 DAMPING = 0.01
 #: Largest errors of the dynamic transmission error and of bearing forces, in 90 % of the windows and in all. Those of
 #: both shafts of a mesh add up, and those of the step.
-DTE_ERROR, BEARING_ERROR, SHARE = (0.005, 0.01), (0.005, 0.03), 90
+DTE_ERROR, BEARING_ERROR, SHARE = (0.0025, 0.005), (0.003, 0.018), 90
 #: Share of the largest bearing force up to which a bearing does not count.
 IDLE = 0.01
+#: Excess over the least one up to which a reduction with fewer coordinates is as good.
+NEARLY = 1.1
 #: Largest number of bending modes in each plane, and of modes of torsion, that is tried.
 MOST_MODES, MOST_TORSION = 8, 3
 #: Largest errors by the step of a run, as above, at a tolerance of 1e-3; ratio of two steps that are tried, and the
@@ -238,7 +240,8 @@ def _chosen(
         compared.append((tried, errors_of(tried)))
         if compared[-1][1].small:
             break
-    reduced, errors = min(compared, key=lambda tried: tried[1].excess)
+    least = min(errors.excess for _, errors in compared)
+    reduced, errors = next(tried for tried in compared if tried[1].excess <= NEARLY * least)
     larger = "" if errors.small else ", which is more than wanted"
     twist = f"{reduced.torsion.modes} modes of torsion"
     shapes = (
