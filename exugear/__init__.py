@@ -16,6 +16,7 @@ from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.load_factors.planet_shares import planet_shares
+from exugear.load_factors.tooth_damage import SNCurve, tooth_damage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
 from exugear.mesh_force.mesh_friction import MeshFriction
@@ -39,7 +40,10 @@ from exugear.running.energy_balance import EnergyBalance
 from exugear.running.run import Run, RunStopped, run, run_up
 from exugear.signals import spectrum
 from exugear.signals.angle_sampling import over_angle
+from exugear.signals.condition_indicators import condition_indicators
 from exugear.signals.envelope import dte_envelope, envelope, peaks
+from exugear.signals.envelope_spectrum import demodulate, envelope_spectrum
+from exugear.signals.fault_orders import fault_orders
 from exugear.signals.levels import level, rms_sum
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
@@ -49,6 +53,7 @@ from exugear.signals.short_time_spectra import order_tracking, spectrogram, wate
 from exugear.signals.side_bands import force_seen_from_ring, side_bands
 from exugear.signals.signal import mesh_orders, recorded_signal, sensor_signal, signal
 from exugear.signals.sound import write_sound
+from exugear.signals.synchronous_average import residual_signal, synchronous_average
 from exugear.steady_state.steady_states import steady_states
 from fem.support.version import __version__
 
@@ -96,6 +101,7 @@ __all__ = [
     "Rule",
     "Run",
     "RunStopped",
+    "SNCurve",
     "SchlenkFriction",
     "Shaft",
     "SkfDrag",
@@ -111,6 +117,8 @@ __all__ = [
     "bearing_life",
     "build",
     "campbell",
+    "condition_indicators",
+    "demodulate",
     "draw",
     "dte_envelope",
     "dynamic_factor",
@@ -118,7 +126,9 @@ __all__ = [
     "efficiency",
     "eigenfrequencies",
     "envelope",
+    "envelope_spectrum",
     "exact_ratios",
+    "fault_orders",
     "force_seen_from_ring",
     "graphics",
     "integrator",
@@ -138,6 +148,7 @@ __all__ = [
     "read_rexs",
     "recorded_signal",
     "report",
+    "residual_signal",
     "resonances",
     "rms_sum",
     "run",
@@ -149,6 +160,8 @@ __all__ = [
     "spectrum",
     "steady_states",
     "stress_envelope",
+    "synchronous_average",
+    "tooth_damage",
     "waterfall",
     "write_rexs",
     "write_sound",

@@ -1,6 +1,11 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.branch_plots import plot_branches
+from exugear.plots.diagnosis_plots import (
+    plot_condition_indicators,
+    plot_envelope_spectrum,
+    plot_synchronous_average,
+)
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.gearbox_drawing import plot_gearbox
@@ -34,10 +39,12 @@ __all__ = [
     "plot_bearing_forces",
     "plot_branches",
     "plot_campbell",
+    "plot_condition_indicators",
     "plot_contact_pattern",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
     "plot_efficiency",
+    "plot_envelope_spectrum",
     "plot_envelopes",
     "plot_field",
     "plot_gearbox",
@@ -68,6 +75,7 @@ __all__ = [
     "plot_spectrogram",
     "plot_ste",
     "plot_stiffness",
+    "plot_synchronous_average",
     "plot_te_harmonics",
     "plot_waterfall",
 ]

@@ -148,7 +148,7 @@ def instances() -> dict[str, Any]:
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         elastic_shaft(), linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
-        planetary(), exugear.RingSensor(0.5, np.cos),
+        planetary(), exugear.RingSensor(0.5, np.cos), exugear.SNCurve([1e3, 1e6], [2e9, 1e9]),
         exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
         ravigneaux()[1], exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
         exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
@@ -275,6 +275,11 @@ def by_name() -> dict[str, Any]:
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], speed=(0.0, 60.0), load=100.0),
+        "tooth_damage.stresses": stresses().assign_attrs(shared_map().attrs), "tooth_damage.torque": [100.0],
+        "tooth_damage.speed": [50.0], "hours": [1e3], "load_factor": 1.0, "contacts": (1, 1),
+        "tooth_damage.pitting": exugear.SNCurve.pitting(1.5e9),
+        "tooth_damage.bending": exugear.SNCurve.bending(8.6e8), "cycles_at.stress": [1e9], "limit": 1e9,
+        "pitting.material": "nitrided", "bending.material": "nitrided", "long_life": 0.9, "pitting_permitted": False,
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special | of_signals(folder)
@@ -302,7 +307,15 @@ def of_signals(folder: Path) -> dict[str, Any]:
     functions = ("over_angle", "order_tracking", "order_cut", "spectrogram", "waterfall", "write_sound")
     signals = {f"{name}.signal": signal for name in functions}
     cuts, spectra = exugear.order_cut(signal, [3, 5]), exugear.waterfall(signal, lines=5, resolution=20.0)
-    return signals | {
+    averages = exugear.synchronous_average(signal, highest_order=20.0, turns=2)
+    average, band = averages.isel(average=0), {"highest_order": 5.0, "band": [100.0, 200.0]}
+    return signals | {f"envelope_spectrum.{name}": value for name, value in band.items()} | {
+        "synchronous_average.signal": signal, "synchronous_average.highest_order": 20.0, "shaft_order": 1.0,
+        "turns": 2, "average": average, "mesh_orders": [3], "residual_signal.side_bands": 1, "shaft_orders": 1,
+        "baseline": averages, "condition_indicators.side_bands": 1, "demodulate.signal": signal,
+        "demodulate.band": [100.0, 200.0], "envelope_spectrum.signal": signal, "names": ("FM4",),
+        "plot_envelope_spectrum.lines": exugear.envelope_spectrum(signal, **band),
+        "plot_envelope_spectrum.orders": None, "indicators": exugear.condition_indicators(averages, [3], side_bands=1),
         "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
         "stored": np.outer(LINE, [0.04, 1.0]), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
         "mesh_orders.harmonics": 2, "resonances.harmonics": 3, "spectrogram.resolution": 20.0,
