@@ -222,7 +222,7 @@ class BearingDrag:
 @short(d="mm", D="mm", viscosity="m^2/s", load="N", C_0="N", speed="rad/s")
 @dataclass(frozen=True)
 class SkfDrag:
-    """Drag of a ball bearing after SKF's model: rolling, with shear heating and starvation, and sliding, of ball bearings.
+    """Drag of a ball bearing after SKF's model: rolling, with shear heating and starvation, and sliding.
 
     series      of a deep groove ball bearing, the first digits of its name: "60", "62", "63", "619", ...; or
                 "angular contact" of a single row
@@ -232,16 +232,17 @@ class SkfDrag:
                 `Bearing` that carries the drag, as it is in the run, without an axial one: deep groove bearings only
     C_0         static capacity [N], which deep groove bearings under an axial load need
     starvation  3e-8 for an oil bath with a low level or an oil jet, 6e-8 for grease or oil and air
-    mu_EHL      coefficient of sliding in a full film: 0.05 for mineral, 0.04 for synthetic oils, 0.1 for transmission fluids
+    mu_EHL      coefficient of sliding in a full film: 0.05 for mineral, 0.04 for synthetic oils, 0.1 for transmission
+                fluids
     mu_bl       that without a film: 0.12 in motion (0.15 at the start)
     speed       [rad/s] that regularizes the torque at standstill by tanh(omega / speed)
 
-    M = phi_ish phi_rs G_rr (nu n)^0.6 + mu_sl G_sl [N mm], without churning in an oil bath and without seals: give these
-    as a further `Drag`. Raises ValueError for values that suggest another unit.
+    M = phi_ish phi_rs G_rr (nu n)^0.6 + mu_sl G_sl [N mm], without churning in an oil bath and without seals: give
+    these as a further `Drag`. Raises ValueError for values that suggest another unit.
 
-    Formulas: SKF, Rolling bearings (catalogue, chapter Friction, tables 2). The geometric constants are those that public
-    programs give, which agree with one another where two of them do (series 619 and 639, angular contact). No public
-    source was at hand for the constants of roller bearings: use `BearingDrag` for these.
+    Formulas: SKF, Rolling bearings (catalogue, chapter Friction, tables 2). The geometric constants are those of public
+    programs, of which two agree for series 619 and 639 and for angular contact; one gives the others. No public source
+    was at hand for the constants of roller bearings: use `BearingDrag` for these.
     """
 
     series: str
@@ -269,10 +270,14 @@ class SkfDrag:
             value = getattr(self, name)
             require(0 < value < 1, f"{name} must lie in (0, 1), about 0.05 and 0.12, got {value}")
         given = self.load is not None or not self._angular
-        require(given, "load must be given for angular contact bearings, which their axial load matters to: (radial, axial)")
+        require(
+            given, "load must be given for angular contact bearings, which their axial load matters to: (radial, axial)"
+        )
         if self.load is not None:
             require_finite("load", self.load, "pass (radial, axial) in N")
-            require(len(self.load) == 2 and min(self.load) >= 0, f"load must be (radial, axial) >= 0 N, got {self.load}")
+            require(
+                len(self.load) == 2 and min(self.load) >= 0, f"load must be (radial, axial) >= 0 N, got {self.load}"
+            )
             needed = self._angular or self.load[1] == 0 or (self.C_0 or 0.0) > 0
             require(needed, f"C_0 must be given beside an axial load, got {self.C_0}; pass newtons")
         check_fading_speed(self.speed)
@@ -315,7 +320,7 @@ class SkfDrag:
             sliding = s_1 * d_m**-0.26 * mm
             loads = {"pushed": radial, "slid": radial, "power": 5 / 3}
             return DragTerms(self.speed, rolling=rolling, sliding=sliding, **loads, **film)
-        sine = np.sin(np.radians(24.6 * (axial / self.C_0) ** 0.24))
+        sine = np.sin(np.radians(24.6 * (axial / (self.C_0 or np.inf)) ** 0.24))
         pushed = float(radial + DEEP_GROOVE_R_2 * axial / sine)
         beside = float((radial**5 + s_2 * d_m**1.5 * axial**4 / sine) ** (1 / 3))
         sliding = s_1 * d_m**-0.145 * mm

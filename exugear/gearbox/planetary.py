@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.planetary_kinematics import MeshOfMembers, speeds_of_members
 from exugear.gearbox.planetary_phases import (
     check_pairs,
@@ -23,6 +22,7 @@ from exugear.gearbox.planetary_phases import (
     planetary_phases,
     step_angles,
 )
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft
 from exugear.gearbox.stage import NEAR, Stage
 from exugear.mesh_force.force import MeshForce
@@ -53,7 +53,9 @@ def check_pin(name: str, value) -> None:
     """ValueError unless the value is a bearing, or a list of them, one for each planet."""
     listed = value if isinstance(value, list | tuple) else [value]
     kinds = f"{name} must be an exugear.Bearing or RollingBearing, or a list of one for each planet"
-    require(bool(listed) and all(isinstance(x, Bearing | RollingBearing) for x in listed), f"{kinds}, got {text_of(value)}")
+    require(
+        bool(listed) and all(isinstance(x, Bearing | RollingBearing) for x in listed), f"{kinds}, got {text_of(value)}"
+    )
     for bearing in listed:
         if isinstance(bearing, RollingBearing):
             free = f"{name}: the {bearing.kind} bearing lets a planet move along its pin; pass guidance= of its washers"

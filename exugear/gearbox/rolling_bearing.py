@@ -147,8 +147,8 @@ class RollingBearing:
         _check_angle(alpha, direction)
         r_i, r_e = _grooves(D_w, r_i, r_e)
         A = r_i + r_e - D_w
-        distances = {"X_0": A * sin(alpha), "R_0": A * cos(alpha)}
-        row = BallRow(Z, D_w, D_pw, alpha, E, nu, direction=direction, r_i=r_i, r_e=r_e, **distances)
+        X_0, R_0 = A * sin(alpha), A * cos(alpha)
+        row = BallRow(Z, D_w, D_pw, alpha, E, nu, direction=direction, r_i=r_i, r_e=r_e, X_0=X_0, R_0=R_0)
         return cls._of("angular contact", row, C, damping_time, drag)
 
     @classmethod
@@ -327,8 +327,8 @@ class RollingBearing:
     def orders(self) -> dict[str, float]:
         """Frequencies of the first row over that of the shaft, the outer ring standing.
 
-        "cage" of the cage (FTF), "outer" and "inner" at which elements pass a point of that ring (BPFO, BPFI), "element"
-        of the turns of an element about itself (BSF), in which a point of it touches each ring once.
+        "cage" of the cage (FTF), "outer" and "inner" at which elements pass a point of that ring (BPFO, BPFI),
+        "element" of the turns of an element about itself (BSF), in which a point of it touches each ring once.
         """
         row = self.rows[0]
         cage = (1 - row.gamma) / 2

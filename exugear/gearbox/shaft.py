@@ -190,8 +190,8 @@ class Shaft:
 
     name         of the shaft, unique in a gearbox
     parts        axial position [m] -> `fem.Gear`, `Bearing`, `RollingBearing`, `Disc`, `Coupling`, `TorqueSupport`,
-                 `Drag`, `BearingDrag` or `SkfDrag`, or a list of them; the ring of a `RingPair` (its `wheel`) has no body: pass
-                 inertia and mass, or a `Disc`
+                 `Drag`, `BearingDrag` or `SkfDrag`, or a list of them; the ring of a `RingPair` (its `wheel`) has no
+                 body: pass inertia and mass, or a `Disc`
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid disc of its
                  material up to the mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears

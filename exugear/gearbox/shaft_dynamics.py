@@ -203,7 +203,7 @@ def bearing_displacements(
 
 
 def bearing_tilts(shaft: Shaft, q: np.ndarray, elastic: ElasticShaft | None = None) -> np.ndarray:
-    """(n_bearing, 2, n) tilts [rad] of a shaft at all its bearings, in their order; q, elastic as in `bearing_forces`."""
+    """(n_bearing, 2, n) tilts [rad] of a shaft at its bearings, in their order; q, elastic as in `bearing_forces`."""
     if q.shape[1] < 5:
         return np.zeros((len(shaft.bearings), 2, len(q)))
     return np.array([_motion_at(shaft, axial, q.shape[1], elastic)[3:5] @ q.T for axial in shaft.bearings])

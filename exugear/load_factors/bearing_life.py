@@ -35,8 +35,11 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -
     hours      the same at the mean speed of the runs [h]
     pressure   largest contact pressure of a ball or roller at either raceway [Pa]
 
-    The outer ring stands, of planets on pins the inner one; elements share the load as in statics. Raises ValueError for runs without tilts of rolling
-    bearings.
+    element_pressure
+               likewise of each element, over `element`, the first on the x axis, row after row; NaN beyond their number
+
+    The outer ring stands, of planets on pins the inner one; elements share the load as in statics, with the cage as it
+    stands at the start. Raises ValueError for runs without tilts of rolling bearings.
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
     require(len(runs) > 0, "run must be a run or a list of them, got an empty list")
@@ -62,10 +65,15 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -
         "hours": ("h", "basic reference rating life at the mean speed"),
         "pressure": ("Pa", "largest contact pressure"),
     }
-    values = {
+    values: dict[str, Any] = {
         name: ("bearing", [x[i] for x in life.values()], {"units": unit, "long_name": long_name})
         for i, (name, (unit, long_name)) in enumerate(columns.items())
     }
+    of_elements = np.full((len(life), max(x[3].size for x in life.values())), np.nan)
+    for row, (*_, largest) in zip(of_elements, life.values(), strict=True):
+        row[: largest.size] = largest
+    about = {"units": "Pa", "long_name": "largest contact pressure of an element"}
+    values["element_pressure"] = ("bearing", "element"), of_elements, about
     return xr.Dataset(values, {"bearing": list(life)})
 
 
@@ -77,8 +85,8 @@ def _speed_ratio(gearbox: Gearbox, name: str) -> float:
 
 def _life(
     label: str, bearing: RollingBearing, ratio: float, data: Sequence[xr.Dataset], shares: np.ndarray
-) -> tuple[float, float, float]:
-    """(life [revolutions], life [h], largest pressure [Pa]) of a bearing over runs by their shares of the time."""
+) -> tuple[float, float, float, np.ndarray]:
+    """Life [revolutions] and [h] of a bearing over runs by their shares of the time, largest pressure, of each [Pa]."""
     displacements, rates = [], []
     for run, share in zip(data, shares.tolist(), strict=True):
         at = run.sel(bearing=label)
@@ -87,6 +95,6 @@ def _life(
     q, revolutions = np.concatenate(displacements), np.concatenate(rates)
     require(revolutions.sum() > 0, "run must turn: bearings that stand have no life in revolutions")
     blocks = [q[first : first + BLOCK] for first in range(0, len(q), BLOCK)]
-    largest = max(float(np.max(pressures(row, block))) for row in bearing.rows for block in blocks)
-    life = bearing.life(q, revolutions)
-    return life, life / revolutions.sum() / HOUR, largest
+    largest = [np.max([np.max(pressures(row, block), axis=(0, 1)) for block in blocks], axis=0) for row in bearing.rows]
+    life, of_elements = bearing.life(q, revolutions), np.concatenate(largest)
+    return life, life / revolutions.sum() / HOUR, float(of_elements.max()), of_elements

@@ -63,7 +63,7 @@ def bending_lines(model: Model, shapes: np.ndarray) -> dict[str, tuple]:
         moved = [elastic.motion_at(z)[:2] @ decoupled for z in beam.axial]
         names += [name] * beam.axial.size
         axial.append(beam.axial)
-        lines.append(np.moveaxis(moved, (0, 1, 2), (2, 1, 0)))
+        lines.append(np.array(moved).transpose(2, 1, 0))
     if not names:
         return {}
     values, over = np.concatenate(lines, axis=2), ("mode", "across", "line_point")

@@ -38,8 +38,8 @@ RADIAL_LAW = record_type(("points", "i8"), ("lever", "f8"), ("damping", "f8"))
 RADIAL_LAW_SIZE = RADIAL_LAW.itemsize
 radial_law_at = reader(RADIAL_LAW)
 #: A drag: its terms; radial stiffness (2, 5) of its bearing over the motion of the centre of mass [N/m, N/rad], without
-#: that of a nonlinear bearing; whether it needs the load of that bearing; addresses of the radial law and of the law of a
-#: rolling bearing, else 0.
+#: that of a nonlinear bearing; whether it needs the load of that bearing; addresses of the radial law and of the law of
+#: a rolling bearing, else 0.
 DRAG = record_type(
     *((name, "f8") for name in DragTerms._fields),
     *(("stiffness", "f8", (2, 5)), ("loaded", "i8"), ("law", "i8"), ("rolling_law", "i8")),

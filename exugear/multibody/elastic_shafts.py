@@ -36,8 +36,8 @@ from exugear.rolling_bearings.law import law_at
 from fem.support.numba_cache import compiled, kept
 
 #: Number of elastic coordinates, index of the spin, number of nonlinear bearings; addresses of the gyroscopic matrix
-#: (n, n), of the rows (elastic, n) that measure the elastic coordinates, of room for coordinates and velocities (2 n) and
-#: for forces (n), and of the `BEARING` records.
+#: (n, n), of the rows (elastic, n) that measure the elastic coordinates, of room for coordinates and velocities (2 n)
+#: and for forces (n), and of the `BEARING` records.
 ELASTIC = record_type(
     *((name, "i8") for name in ("elastic", "spin", "number", "polar", "rows", "state", "forces", "bearings"))
 )
@@ -171,7 +171,7 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
 
 
 class _Nonlinear(NamedTuple):
-    """The nonlinear bearings of a shaft: (rows (6, n), bearing, steps or None) of each, records, what these point to."""
+    """The nonlinear bearings of a shaft: (rows (6, n), bearing, steps or None), records, what these point to."""
 
     bearings: list[tuple[np.ndarray, Bearing | RollingBearing, np.record | None]]
     records: np.ndarray
@@ -181,18 +181,21 @@ class _Nonlinear(NamedTuple):
 def _nonlinear(elastic: ElasticShaft) -> _Nonlinear:
     """The nonlinear bearings of an elastic shaft with the records that the kernel reads."""
     nonlinear = [(rows, bearing) for rows, bearing in at_bearings(elastic) if not bearing.linear]
-    bearings, records, arrays = [], np.zeros(len(nonlinear), BEARING), []
+    bearings, records = [], np.zeros(len(nonlinear), BEARING)
+    arrays: list[Any] = []
     for record, (rows, bearing) in zip(records, nonlinear, strict=True):
         measuring = np.ascontiguousarray(rows[:5])
         record["rows"], steps = measuring.ctypes.data, None
         if isinstance(bearing, RollingBearing):
             law, steps = bearing.record_of_runs(0.0), np.zeros(1, BEARING_STEPS)[0]
             record["law"], record["steps"] = law.address, address_of(steps)
+            arrays.append(law)
         else:
-            law = radial_record(bearing, 0.0)
-            record["radial"] = address_of(law)
+            radial = radial_record(bearing, 0.0)
+            record["radial"] = address_of(radial)
+            arrays.append(radial)
         bearings.append((rows, bearing, steps))
-        arrays += [measuring, law, steps]
+        arrays += [measuring, steps]
     return _Nonlinear(bearings, records, arrays)
 
 
@@ -286,8 +289,8 @@ def reaction_on_elastic(bearing, t, q, q_t, spin):
 def elastic_kernel(n: int):
     """The function (record, recorder, t, *coordinates, *velocities) -> forces (n) on an elastic shaft.
 
-    They are gyroscopic moments and the forces of nonlinear bearings. The first two are addresses: of an `ELASTIC` and of
-    a recorder's header. Raises ValueError(r, end) where the displacement r of a bearing lies beyond the end of its law.
+    They are gyroscopic moments and the forces of nonlinear bearings. The first two are addresses: of an `ELASTIC` and
+    of a recorder's header. Raises ValueError(r, end) where the displacement r of a bearing lies beyond its law's end.
     """
 
     @kept

@@ -356,8 +356,8 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
     total = np.zeros((system.mbs.systemData.ODE2Size(),) * 2)
     for pin in system.pins:
         if pin.law is not None:
-            part, n = pin_coordinates(system, pin)
-            total[np.ix_(part, part)] += steepest_matrix(pin, np.zeros(len(part)).tolist(), n)
+            between, n = pin_coordinates(system, pin)
+            total[np.ix_(between, between)] += steepest_matrix(pin, np.zeros(len(between)).tolist(), n)
     for shaft in system.gearbox.shafts:
         first, built = system.spins[shaft.name] - 5, system.elastics.get(shaft.name)
         for axial, bearing in () if shaft.name in system.gearbox.planets else shaft.bearings.items():
@@ -398,11 +398,11 @@ def bearing_tangents(system: BuiltSystem, q: np.ndarray) -> BearingTangents:
     stiffness, damping = -nonlinear_bearing_stiffness(system), np.zeros((q.size, q.size))
     for pin in system.pins:
         if pin.law is not None:
-            part, n = pin_coordinates(system, pin)
-            now = pin_matrices(pin, q[part].tolist(), n, float(q[part[n - 1]]))
-            at_rest = pin_matrices(pin, np.zeros(len(part)).tolist(), n, 0.0)
-            among = np.ix_(part, part)
-            stiffness[among], damping[among] = stiffness[among] + now[0] - at_rest[0], damping[among] + now[1] - at_rest[1]
+            between, n = pin_coordinates(system, pin)
+            loaded = pin_matrices(pin, q[between].tolist(), n, float(q[between[n - 1]]))
+            unloaded = pin_matrices(pin, np.zeros(len(between)).tolist(), n, 0.0)
+            stiffness[np.ix_(between, between)] += loaded[0] - unloaded[0]
+            damping[np.ix_(between, between)] += loaded[1] - unloaded[1]
     for shaft in [shaft for shaft in system.gearbox.shafts if shaft.name not in system.gearbox.planets]:
         part = slice(system.spins[shaft.name] - 5, system.spins[shaft.name] + 1)
         built = system.elastics.get(shaft.name)

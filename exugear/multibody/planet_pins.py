@@ -42,8 +42,8 @@ from fem.support.validation import require
 #: of the carrier; vector from the carrier's to the planet's centre in the reference configuration [m]; tilts of both
 #: there [rad]. Radial, axial, tilting and coupling stiffness [N/m, N/m, N m/rad, N/rad] and damping, as often times s.
 #: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
-#: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. Address of the law of
-#: a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one.
+#: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. Address of the law
+#: of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one.
 PIN = record_type(
     *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
     *(("carrier_tilts", "f8", 2), ("planet_tilts", "f8", 2), ("stiffness", "f8", 4), ("damping", "f8", 4)),
@@ -341,7 +341,7 @@ def _between(pin: Pin, q: Sequence[float], n: int, matrix: np.ndarray) -> np.nda
     return slopes.T @ matrix[rows, rows] @ slopes
 
 
-def _slopes(pin: Pin, q: Sequence[float], n: int) -> np.ndarray:
+def _slopes(pin: Pin, q: Sequence[float] | np.ndarray, n: int) -> np.ndarray:
     """(2 or 5, n + m) motion of the planet against its pin, along the global axes, by the coordinates q (n + m)."""
     components = pin.recorder.components
     in_plane, arm = components == 2, pin.arm + np.asarray(q[n : n + components])
@@ -355,7 +355,7 @@ def _slopes(pin: Pin, q: Sequence[float], n: int) -> np.ndarray:
 
 
 def _along_pin(pin: Pin, angle: float) -> np.ndarray:
-    """(5, 5) displacement and tilts along the axes of a pin by those along the global ones, at an angle of the carrier."""
+    """(5, 5) displacement and tilts along the axes of a pin by the global ones, at an angle of the carrier [rad]."""
     axes, turn = np.array(by_angles((*pin.record.carrier_tilts, angle, 0.0))) @ pin.record.axes.T, np.zeros((5, 5))
     turn[:3, :3], turn[3:, 3:] = axes.T, axes[:2, :2].T
     return turn

@@ -188,19 +188,19 @@ class BearingForces:
             forces, elastic = self.values[first:last, :, :number], self.model.scene.elastic.get(name)
             for axial, lost in parted_bearings(shaft, q[:number], forces, elastic).items():
                 shares[f"{name} at {axial / mm:g} mm"] = float(lost.mean())
-        lost = {label: f"{share:.2g} of the samples" for label, share in shares.items() if share}
-        if not lost:
+        told = {label: f"{share:.2g} of the samples" for label, share in shares.items() if share}
+        if not told:
             return {}
         warn_user(
-            f"rings of bearings with a contact angle part, their axial force is lost: {lost}; from then on their balls "
-            "press where rings have no shoulder, or nothing carries. Preload them in pairs, turn them by direction=, or "
-            "load them along their axis"
+            f"rings of bearings with a contact angle part, their axial force is lost: {told}; from then on their balls "
+            "press where rings have no shoulder, or nothing carries. Preload them in pairs, turn them by direction=, "
+            "or load them along their axis"
         )
         about = {"units": "1", "long_name": "share of the samples in which the axial force of the bearing is lost"}
         return {"bearing_parted": ("bearing", [*shares.values()], about)}
 
     def _tilts(self, motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]]) -> dict[str, Any]:
-        """Tilts of the shafts at all bearings, which the loads on rolling elements need; empty without such bearings."""
+        """Tilts of the shafts at all bearings, which loads on rolling elements need; empty without such bearings."""
         bearings = [bearing for shaft, *_ in motions.values() for bearing in shaft.bearings.values()]
         if not any(isinstance(bearing, RollingBearing) for bearing in bearings):
             return {}

@@ -178,7 +178,9 @@ def seen_in_steps(step: float) -> Seen:
 def step_of(excitations: Sequence[Excitation], reduced: ElasticShaft) -> float:
     """The longest step [s] in which transmission error and bearing forces of an elastic shaft are accurate."""
     step = LONGEST
-    while step > SHORTEST and any(not _small_by_step(excitation.errors_by_step(reduced, step)) for excitation in excitations):
+    while step > SHORTEST and any(
+        not _small_by_step(excitation.errors_by_step(reduced, step)) for excitation in excitations
+    ):
         step /= STEP_RATIO
     return step
 
@@ -345,9 +347,7 @@ def beam_response(mesh: MeshOfShaft, omega: np.ndarray) -> Response:
     return Response(receptance + load**2 @ modal_receptance(omega, squares), forces)
 
 
-def reduced_response(
-    mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, seen: Seen | None = None
-) -> Response:
+def reduced_response(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, seen: Seen | None = None) -> Response:
     """Response of a reduced shaft, which twists towards its end; seen: by an integrator."""
     shaft, flip = mesh.shaft, np.diag([1.0, -1.0])
     rows = {axial: reduced.motion_at(axial) for axial in shaft.bearings}

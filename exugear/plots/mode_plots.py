@@ -211,7 +211,9 @@ def _shaft(data: xr.Dataset, name: str) -> Shaft:
     if "line" in data:
         chosen = data["line_shaft"].values == name
         line = np.vstack([data["line_axial"].values[chosen], data["line"].values[:, chosen]])
-    return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spins, line)
+    return Shaft(
+        name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spins, line
+    )
 
 
 def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: dict[str, Any]) -> None:

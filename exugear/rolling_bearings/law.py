@@ -25,8 +25,9 @@ from fem.support.numba_cache import kept, unchecked
 #: ribs along the axis [N/m], number of rows; behind it lie the rows.
 LAW = record_type(("lever", "f8"), ("damping", "f8"), ("guidance", "f8"), ("rows", "i8"))
 #: A row: number of elements; position from the bearing's centre [m]; direction; turn of the cage per turn of the shaft,
-#: 0 where it stands; contact origin [m, rad] and map of xi, z and tau; stiffness; A of balls [m]; number of laminae, 0 for balls; addresses of the cosines and sines of the
-#: elements (2, number), of positions and twice the drops of the laminae (2, laminae) [m], and of the table of rollers,
+#: 0 where it stands; contact origin [m, rad] and map of xi, z and tau; stiffness; A of balls [m]; number of laminae, 0
+#: for balls; addresses of the cosines and sines of the elements (2, number), of positions and twice the drops of the
+#: laminae (2, laminae) [m], and of the table of rollers,
 #: 0 without; number of its columns; approaches between which it holds [m]; approach of its first row [m], points per
 #: metre and per radian, largest tilt [rad] (`exugear.rolling_bearings.roller_table`).
 ROW = record_type(

@@ -179,7 +179,7 @@ class BallRow(Row):
         return self.stiffness * np.maximum(approach, 0.0) ** 1.5
 
     def comes_apart(self, q: np.ndarray) -> np.ndarray:
-        """(n,) whether balls of an angular contact row press with a tenth of their contact angle, or on the other side."""
+        """(n,) whether balls of an angular contact row press with a tenth of their contact angle, or beyond it."""
         if self.alpha == 0:
             return super().comes_apart(q)
         radial, axial = np.moveaxis(self.contacts(q), -1, 0)

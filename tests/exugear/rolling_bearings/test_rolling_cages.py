@@ -22,7 +22,7 @@ def box_on(bearing: RollingBearing, law: exugear.MeshForce = LAW) -> exugear.Gea
 
 
 def test_the_outer_ring_is_passed_at_its_frequency_and_the_shaft_moves_as_in_statics():
-    """Variable compliance: Z / 2 (1 - D_w / D_pw) times the speed, as far as displacements under the mean load differ."""
+    """Variable compliance: Z / 2 (1 - D_w / D_pw) times the speed, as far as statics differ under the mean load."""
     bearing, omega = deep_groove(20 * um, damping_time=1e-4).rolling(), 300.0
     row, duration = bearing.rows[0], 0.1
     law = linear_law()

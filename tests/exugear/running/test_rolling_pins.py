@@ -49,8 +49,10 @@ def test_the_life_of_needles_is_that_of_their_load():
 
 
 def test_modes_of_a_set_on_needles_lie_below_those_on_stiff_pins():
-    modes = [exugear.modes(exugear.build(planar_box(pin=pin)), load=200.0)["frequency"].values for pin in
-             (NEEDLE, exugear.Bearing(1e9, 1e9, 1e6))]
+    modes = [
+        exugear.modes(exugear.build(planar_box(pin=pin)), load=200.0)["frequency"].values
+        for pin in (NEEDLE, exugear.Bearing(1e9, 1e9, 1e6))
+    ]
     assert modes[0][:6].max() < modes[1][:6].max()
     assert (modes[0] > 0).all()
 
