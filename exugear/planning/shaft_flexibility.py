@@ -35,7 +35,7 @@ WINDOWS = 40
 DAMPING = 0.01
 #: Largest errors of the dynamic transmission error and of bearing forces, in 90 % of the windows and in all. Those of
 #: both shafts of a mesh add up, and those of the step.
-DTE_ERROR, BEARING_ERROR, SHARE = (0.0025, 0.005), (0.003, 0.018), 90
+DTE_ERROR, BEARING_ERROR, SHARE = (0.005, 0.01), (0.005, 0.03), 90
 #: Share of the largest bearing force up to which a bearing does not count.
 IDLE = 0.01
 #: Excess over the least one up to which a reduction with fewer coordinates is as good.
