@@ -5,10 +5,12 @@ from .elasticity.mesh_density import Density
 from .elasticity.section_mesh import section
 from .gear.data_sheet import DataSheet, Quantity
 from .gear.gear import Gear
+from .gear.iso1328 import FlankTolerances, drawn_deviations, iso1328
 from .gear.material import STEEL, Material
+from .gear.measured_flanks import flank_traces, pitch_chart, wobble
 from .gear.pinion_cutter import PinionCutter
 from .gear.rim_support import Bolts, Bush
-from .microgeometry.deviation import Grid, PitchDeviation
+from .microgeometry.deviation import Crack, Grid, OnTooth, PitchDeviation, Spall, Waviness
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
     EdgeBreak,
@@ -25,11 +27,14 @@ from .pair.offsets import Offsets
 from .pair.pair import GearPair
 from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
+from .ste.crack import crack
 from .ste.inputs import UpTo
 from .ste.ring_angle import over_pitches
 from .ste.ring_deflection import ring_deflection
+from .ste.ring_modes import ring_modes, without_ring_modes
 from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
+from .ste.tooth_pairs import tooth_pair_map
 from .ste.transmission import static_transmission_error
 from .stress.load_distribution import load_distribution
 from .stress.load_factors import load_factors
@@ -40,10 +45,12 @@ __all__ = [
     "STEEL",
     "Bolts",
     "Bush",
+    "Crack",
     "DataSheet",
     "Density",
     "EdgeBreak",
     "EndRelief",
+    "FlankTolerances",
     "Gear",
     "GearPair",
     "Grid",
@@ -52,6 +59,7 @@ __all__ = [
     "MapCost",
     "Material",
     "Offsets",
+    "OnTooth",
     "PinionCutter",
     "PitchDeviation",
     "ProfileCrowning",
@@ -60,12 +68,18 @@ __all__ = [
     "RootRelief",
     "Sides",
     "Slices",
+    "Spall",
     "TipRelief",
     "UpTo",
+    "Waviness",
     "__version__",
+    "crack",
+    "drawn_deviations",
     "dynamic",
     "explicit",
+    "flank_traces",
     "hexahedra",
+    "iso1328",
     "iso6336",
     "load",
     "load_distribution",
@@ -76,7 +90,9 @@ __all__ = [
     "over_pitches",
     "pair_of",
     "peak_to_peak",
+    "pitch_chart",
     "ring_deflection",
+    "ring_modes",
     "root_stress",
     "save",
     "section",
@@ -85,5 +101,8 @@ __all__ = [
     "ste_map",
     "stress",
     "te_harmonics",
+    "tooth_pair_map",
     "units",
+    "without_ring_modes",
+    "wobble",
 ]

@@ -50,6 +50,7 @@ DOORS_TO_FEM = {
         "fem.pair.offsets",
         "fem.pair.placement",
         "fem.ste.ste_map",
+        "fem.ste.ring_modes",
         "fem.ste.load_interpolation",
     ),
     *("fem.ste.map_sides", "fem.ste.te_measures", "fem.stress.fields", "fem.stress.cycle_fields"),

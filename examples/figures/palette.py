@@ -20,6 +20,7 @@ GALLERY = (
     "coast_down",
     "ev_reducer",
     "flexible_shaft",
+    "growing_crack",
     "hand_built_contact",
     "helical_and_spur",
     "korta_convergence",

@@ -38,7 +38,9 @@ GEAR = record_type(
 #: which attitudes tell the advance; axes: of a rotated contact frame (columns), 0 where it is the global frame;
 #: between: from the pinion's body to the wheel's [m], along the global axes; fixed: displacements (x, y) of the axes of
 #: pinion and wheel from that of their carrier [m], which stand in the housing while the carrier turns, 0 of planets;
-#: gap: of the driving flanks where they should touch, by a tooth that is thinner than those of other planets [m].
+#: gap: of the driving flanks where they should touch, by a tooth that is thinner than those of other planets [m];
+#: modes: number of coordinates of an elastic ring behind those of the bodies, ring: address of its
+#: `exugear.contact.elastic_ring.RING`, 0 without.
 CONTACT_FRAME = record_type(
     ("pitches_per_radian", "f8"),
     ("phase", "f8"),
@@ -54,6 +56,8 @@ CONTACT_FRAME = record_type(
     ("between", "f8", 3),
     ("fixed", "f8", (2, 2)),
     ("gap", "f8"),
+    ("modes", "i8"),
+    ("ring", "i8"),
     ("pinion", GEAR),
     ("wheel", GEAR),
 )
@@ -86,6 +90,11 @@ def rotational_frame(pair, phase: float, direction: int) -> np.record:
 def is_spatial(frame: np.record) -> bool:
     """Whether a frame holds the positions of its gears, as that of two bodies about fixed axes does not."""
     return bool(frame.e_x or frame.e_y)
+
+
+def turns_forces(frame: np.record) -> bool:
+    """Whether the generalized forces of a mesh force change with the coordinates: in space, and on an elastic ring."""
+    return is_spatial(frame) or bool(frame.modes)
 
 
 def is_rotated(frame: np.record) -> bool:
@@ -128,10 +137,16 @@ def reference_line_and_height(frame):
 
 
 @kept
+def state_at_coordinates(table, frame, q_1, q_2):
+    """Deflection [m], opening of either flank [m] and phase of the driving one at displacements (6) of the bodies."""
+    position = position_of(table, frame, q_1, q_2)
+    return position.advance - position.opening, position.opening, position.phase
+
+
+@kept
 def reference_state(table, frame):
     """Deflection [m], opening of either flank [m] and phase of the driving one in the reference configuration."""
-    position = position_of(table, frame, AT_REFERENCE, AT_REFERENCE)
-    return position.advance - position.opening, position.opening, position.phase
+    return state_at_coordinates(table, frame, AT_REFERENCE, AT_REFERENCE)
 
 
 @kept

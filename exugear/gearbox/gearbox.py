@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.elastic_ring import ElasticRing
 from exugear.gearbox.gear_train import (
     CLOSED,
     Traversal,
@@ -105,6 +106,7 @@ class Gearbox:
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
         self._choose_ends()
+        self._check_elastic_rings()
         self._check_mates()
         self._check_item_names()
         self._place_shafts()
@@ -137,6 +139,26 @@ class Gearbox:
                 if self._orbit(shaft, stage.carrier) > CLOSED * abs(stage.pair.a):
                     carriers[shaft.name] = stage.carrier
         return carriers
+
+    @cached_property
+    def elastic_rings(self) -> dict[str, ElasticRing]:
+        """Rings that vibrate in modes, by the names of their shafts."""
+        rings = [of_set.elastic_ring for of_set in self.sets]
+        return {ring.name: ring for ring in rings if ring}
+
+    @property
+    def ring_angles(self) -> tuple[float, ...]:
+        """Position of every mesh on its ring in the reference configuration [rad], as the teeth of the ring count.
+
+        At angle 0 tooth 0 touches at the pitch point, of the first mesh of the ring; 0 of stages without a ring.
+        """
+        first: dict[str, tuple[float, float]] = {}
+        angles = []
+        for stage, phase, sense in zip(self.stages, self.phases, self.flank_senses, strict=True):
+            pitch = 2 * pi / abs(stage.pair.wheel.z)
+            angle, start = first.setdefault(stage.slow.name, (stage.angle, pitch * phase))
+            angles.append(start - sense * (stage.angle - angle) if stage.pair.wheel.z < 0 else 0.0)
+        return tuple(angles)
 
     @property
     def planets_on_pins(self) -> tuple[str, ...]:
@@ -295,7 +317,9 @@ class Gearbox:
         for each in sets:
             sun, ring = (numbers[id(stage)] for stage in each.stages[:2])
             step = {"step_angle": each.step_angle[0], "tooth": each.teeth[0]}
-            stepped.append(SteppedPlanet(sun, ring, partial(ring_phase, each.sun_pair, each.ring_pair, **step)))
+            at_sun, at_ring = (stage.pair for stage in each.stages[:2])
+            ring_phase_of = partial(ring_phase, at_sun, at_ring, **step)  # type: ignore[arg-type]
+            stepped.append(SteppedPlanet(sun, ring, ring_phase_of))
         return stepped
 
     def _check_names(self) -> None:
@@ -322,6 +346,16 @@ class Gearbox:
         imposed = driving.name, *(self.speeds or ())
         candidates = sorted(candidates, key=lambda shaft: shaft.name in imposed)
         object.__setattr__(self, "driven", self._end("driven", candidates))
+
+    def _check_elastic_rings(self) -> None:
+        """ValueError for rings with modes that are not held, or mesh with other gears than the planets of their set."""
+        for of_set in self.sets:
+            if of_set.elastic_ring is None:
+                continue
+            name = of_set.ring.name
+            require(name in self.held, f"ring {name!r} has modes, but turns; hold it, Gearbox(..., held={name!r})")
+            others = [stage.name for stage in self.stages if of_set.ring in stage.shafts and stage not in of_set.stages]
+            require(not others, f"ring {name!r} has modes, which stages {others} do not know; leave ring_modes= out")
 
     def _check_speeds(self, names: Sequence[str]) -> None:
         """ValueError for speeds of shafts that do not exist or are held, that are not finite, or all 0."""

@@ -16,7 +16,8 @@ from the flank that touches: a ring meshes with planets alone, and its tooth thi
 
 Planets whose teeth are thinner than those of the first one touch sun and ring one after the other: a gap remains.
 
-The gears of a stepped planet are fixed to each other: the phase with the ring follows from that with the sun.
+The gears of a stepped planet are fixed to each other: the phase with the ring follows from that with the sun. A half
+tooth that is thicker by dh pitches, on the flank that faces the sense s, holds the planet back by s dh 2 pi / z.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +28,7 @@ import numpy as np
 
 from exugear.gearbox.gear_train import Path, Traversal, fitting_angles, fitting_remedy, traverse
 from exugear.gearbox.stage import Stage
-from exugear.gearbox.static_offsets import stage_offsets
+from exugear.gearbox.static_offsets import is_beside, stage_offsets
 from exugear.gearbox.tooth_numbers import mounted, phase_of_law
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
@@ -101,6 +102,7 @@ def phasing(
                     planet.ring not in known, f"{order} ones from their sun; list the set of the stepped ones first"
                 )
                 given[planet.ring] = planet.ring_phase(directions[planet.sun], known[planet.sun]) % 1.0
+    gaps |= _gaps_of_steps(stages, directions, positions)
     in_order = range(len(stages))
     return Phasing(tuple(known[i] for i in in_order), tuple(gaps.get(i, 0.0) for i in in_order))
 
@@ -200,6 +202,23 @@ def _gaps_of_loops(
             raise ValueError(f"{apart}; {angles}; or give one shaft a gear of its own for each mesh")
         pinion = stages[i].pair.pinion
         gaps[i] = -by_thickness * 2 * pi * pinion.r_b / pinion.z
+    return gaps
+
+
+def _gaps_of_steps(
+    stages: Sequence[Stage], directions: Sequence[int], positions: Mapping[str, tuple[float, float]]
+) -> dict[int, float]:
+    """Gaps [m] of the stages in which planets mesh by another gear than in their first stage, by tooth thickness."""
+    first: dict[str, tuple[int, float, int]] = {}
+    gaps = {}
+    for i, stage in enumerate(stages):
+        for (name, axial), gear in zip(stage.ends, (stage.pair.pinion, stage.pair.wheel), strict=True):
+            if stage.carrier is None or not is_beside(stage, name, positions):
+                continue
+            j, at_first, z_first = first.setdefault(name, (i, axial, gear.z))
+            held_back = _thicker(stages, i) / gear.z - directions[i] * directions[j] * _thicker(stages, j) / z_first
+            if axial != at_first and held_back:
+                gaps[i] = -held_back * 2 * pi * gear.r_b
     return gaps
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.elastic_ring import ElasticRing, check_ring_modes
 from exugear.gearbox.planetary_kinematics import MeshOfMembers, speeds_of_members
 from exugear.gearbox.planetary_phases import (
     check_pairs,
@@ -29,6 +30,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
+from fem.ste.ring_modes import without_ring_modes
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import DERIVED, checked
 from fem.support.validation import numbers, require, require_finite, text_of
@@ -106,6 +108,11 @@ class Planetary:
     damping, damping_ratio
                   of every mesh, as of an `exugear.Stage`; the ratio is that of planet and sun or ring on a carrier that
                   stands
+    ring_modes    `fem.ring_modes(ring_pair)`: the rim vibrates in these modes, whose flexibility leaves the map of
+                  ring_mesh, and planets deflect one another through it; by default the ring is as stiff as its map. The
+                  gearbox must hold the ring, whose bolts or bush are its only support
+    ring_damping_ratio
+                  of each of these modes, as share of the critical damping
     phase         of the first planet's mesh with the sun in the reference configuration, as share of a pitch; by
                   default the phase that other meshes of the sun require, or 0 where they leave it free
     axial_position
@@ -141,6 +148,8 @@ class Planetary:
     damping_ratio: float | None = field(default=None, kw_only=True)
     step_angle: Any = field(default=0.0, kw_only=True)
     tooth: Any = field(default=None, kw_only=True)
+    ring_modes: Annotated[Any, check_ring_modes] = field(default=None, kw_only=True)
+    ring_damping_ratio: float = field(default=0.01, kw_only=True)
     phase: float | None = field(default=None, kw_only=True)
     axial_position: float | None = field(default=None, kw_only=True)
     name: str = field(default="", kw_only=True)
@@ -164,6 +173,10 @@ class Planetary:
         check_pairs(self.sun_pair, self.ring_pair)
         self._check_planets()
         self._check_room()
+        self._check_ring(ring_meshes)
+        if self.ring_modes is not None:
+            rigid = {id(mesh): without_ring_modes(mesh, self.ring_modes) for mesh in ring_meshes}
+            ring_meshes = [rigid[id(mesh)] for mesh in ring_meshes]
         steps = step_angles(self.step_angle, self.planets)
         object.__setattr__(self, "step_angle", tuple(steps.tolist()))
         teeth = fitting_teeth(self.sun_pair, self.ring_pair, angles, steps, self.tooth)
@@ -290,6 +303,27 @@ class Planetary:
         remedy = "take fewer planets, move them apart by angles=, or give them smaller tip circles"
         require(beside > d_a, f"{close}, their tip circles have {d_a / mm:.6g} mm; {remedy}")
 
+    def _check_ring(self, meshes: Sequence[Any]) -> None:
+        """ValueError unless the ring can have modes beside the maps of its meshes."""
+        ratio = f"ring_damping_ratio must lie in [0, 1], got {self.ring_damping_ratio}"
+        require(0 <= self.ring_damping_ratio <= 1, ratio)
+        if self.ring_modes is None:
+            return
+        laws = "ring_modes take their flexibility out of the map of ring_mesh, got a MeshForce; pass the STE map"
+        require(not any(isinstance(mesh, MeshForce) for mesh in meshes), laws)
+        supports = f"ring {self.ring.name!r} must have no bearings beside ring_modes, whose supports hold its rim"
+        free = not self.ring.bearings and not self.ring.torque_supports and self.ring.offset == NO_DISPLACEMENT
+        require(free, f"{supports}; leave bearings, TorqueSupport and offset= out")
+        unlike = f"ring_modes are of {pair_of(self.ring_modes).wheel}, the ring is {self.ring_pair.wheel}"
+        require(pair_of(self.ring_modes).wheel == self.ring_pair.wheel, f"{unlike}; pass fem.ring_modes(ring_pair)")
+
+    @property
+    def elastic_ring(self) -> ElasticRing | None:
+        """The ring by its modes; None where it is as stiff as its map."""
+        if self.ring_modes is None:
+            return None
+        return ElasticRing(self.ring.name, self.ring_modes, self.ring_damping_ratio)
+
     def _planet_shafts(self) -> list[Shaft]:
         """Shafts of the planets at the sun's axial position, on their pins and displaced by the errors of these."""
         planets = [self.sun_pair.wheel] * self.planets if self.planet is None else self._listed("planet")
@@ -312,6 +346,11 @@ class Planetary:
         near = bool(positions) and abs(nearest - wanted) < NEAR
         require(near, f"{beside} its gear, got {wanted / mm:g} mm")
         return nearest
+
+    def _axial_at_ring(self, planet: Shaft) -> float:
+        """Axial position of the gear of a planet that meshes with the ring [m]: beside that at the sun if stepped."""
+        beside = [at for at, gear in planet.gears.items() if at != self._axial and gear.z == self.ring_pair.pinion.z]
+        return beside[0] if self.stepped and len(beside) == 1 else self._axial
 
     def _pin_errors(self) -> np.ndarray:
         """(n_planet, 4) tangential and radial displacements of the pins [m] and slopes of their axes [rad]."""
@@ -343,15 +382,12 @@ class Planetary:
 
     def _stages(self, planets: list[Shaft], sun_meshes: list[Any], ring_meshes: list[Any]) -> list[Stage]:
         """Stages of each planet with sun and ring."""
-        gears = [next((g for at, g in x.gears.items() if at == self._axial), self.sun_pair.wheel) for x in planets]
-        pairs: dict[str, list[Any]] = {role: [getattr(self, f"{role}_pair")] * self.planets for role in ("sun", "ring")}
-        if not self.stepped:
-            pairs["sun"] = [
-                x if x.wheel == g else replace(x, wheel=g) for x, g in zip(pairs["sun"], gears, strict=True)
-            ]
-            pairs["ring"] = [
-                x if x.pinion == g else replace(x, pinion=g) for x, g in zip(pairs["ring"], gears, strict=True)
-            ]
+        pairs: dict[str, list[Any]] = {
+            "sun": [_with_gear_of(planet, self.sun_pair, "wheel", self._axial) for planet in planets],
+            "ring": [
+                _with_gear_of(planet, self.ring_pair, "pinion", self._axial_at_ring(planet)) for planet in planets
+            ],
+        }
         maps = MapsOfPlanets({"sun": sun_meshes, "ring": ring_meshes}, pairs, self.damping, self.damping_ratio)
         ends = [
             {"sun": (self.sun, planet, angle), "ring": (planet, self.ring, angle)}
@@ -435,6 +471,13 @@ def shafts_of_planets(name: str, planets: list[Any], pins: list[Any], axial: flo
         of_its_own = keep_names and isinstance(planet, Shaft)
         shafts.append(replace(shaft, name=shaft.name if of_its_own else numbered, parts=parts))
     return shafts
+
+
+def _with_gear_of(planet: Shaft, pair: Any, role: str, axial: float) -> Any:
+    """A pair with the gear of a planet at an axial position [m], whose teeth may be thinner, in a role."""
+    mapped = getattr(pair, role)
+    gear = planet.gears.get(axial, mapped)
+    return pair if gear == mapped or gear.z != mapped.z else replace(pair, **{role: gear})
 
 
 def _group(part) -> tuple:

@@ -7,6 +7,9 @@ Evenly spaced they cancel unless o is a multiple of N, which as |z_r| = -z_s mod
 meshes act in phase, for k = +-1 they push sun and ring sideways, for larger k they bend the ring in |k| waves. Errors
 of the sun turn past a planet by |z_r| / z_s, those of a planet by |z_r| / |z_p| per turn of the carrier.
 
+Stepped planets with z_1 teeth at the sun and z_2 at the ring mesh with the sun |z_r| z_1 / z_2 times per turn; planet n
+then has the phase -l z_s psi_n instead of l |z_r| psi_n. However their teeth are put in, those at the ring fit its own.
+
 Sources: R. G. Parker, J. Sound Vib. 236 (2000); M. Inalpolat and A. Kahraman, A theoretical and experimental
 investigation of modulation sidebands of planetary gear sets, J. Sound Vib. 323 (2009).
 """
@@ -40,30 +43,37 @@ class SideBandLine(NamedTuple):
 
 
 def side_band_lines(
-    z: tuple[int, int, int], angles: np.ndarray, harmonics: int, carrier_orders: int, members: Sequence[str]
+    z: tuple[int, int, int, int],
+    angles: np.ndarray,
+    harmonics: int,
+    carrier_orders: int,
+    members: Sequence[str],
+    mesh: str = "ring",
 ) -> list[SideBandLine]:
     """The lines about mesh harmonics, by rising order; of equal orders the first cause counts, others are added.
 
-    z                teeth of sun, planet and ring
+    z                teeth of sun, planet at the sun, planet at the ring, and ring
     angles           (n_planet,) of the planets [rad]
     carrier_orders   largest distance from a mesh harmonic, in orders of the carrier
     members          of "sun" and "planet": those whose own turns are listed too, with a carrier order beside them
+    mesh             "sun" or "ring": whose meshes, which differ where planets are stepped
     """
     lines: list[SideBandLine] = []
-    sun, planet, ring = (abs(teeth) for teeth in z)
-    turns = {"sun": ring / sun, "planet": ring / planet}
+    sun, at_sun, at_ring, ring = (abs(teeth) for teeth in z)
+    turns = {"sun": ring / sun * at_sun / at_ring, "planet": ring / at_ring}
+    mesh_order, waves = (ring, ring) if mesh == "ring" else (ring * at_sun / at_ring, -sun)
     for harmonic in range(1, harmonics + 1):
         for offset in sorted(range(-carrier_orders, carrier_orders + 1), key=abs):
-            order = harmonic * ring + offset
-            share = _share(order, angles)
-            lines.append(SideBandLine(order, harmonic, offset, share, _cause_of_passing(harmonic, offset, share)))
+            share = _share(harmonic * waves + offset, angles)
+            cause = _cause_of_passing(harmonic, offset, share)
+            lines.append(SideBandLine(harmonic * mesh_order + offset, harmonic, offset, share, cause))
         for name, turn in turns.items():
             for sense in (1, -1) if name in members else ():
                 for passing in (0, 1, -1):
                     beside = sense * turn + passing
-                    share = _share(harmonic * ring + passing - sense, angles) if name == "sun" else np.nan
+                    share = _share(harmonic * waves + passing - sense, angles) if name == "sun" else np.nan
                     cause = _cause_of_member(name, passing, sense)
-                    lines.append(SideBandLine(harmonic * ring + beside, harmonic, beside, share, cause))
+                    lines.append(SideBandLine(harmonic * mesh_order + beside, harmonic, beside, share, cause))
     merged: list[SideBandLine] = []
     for line in sorted(lines, key=lambda line: line.order):
         if merged and line.order - merged[-1].order < SAME:

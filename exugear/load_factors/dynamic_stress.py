@@ -11,7 +11,7 @@ from exugear.running.run_data import stage_data
 from exugear.signals.envelope import mesh_cycles, window_edges
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import SIDES_DIFFER, why_unlike
-from fem.ste.ste_map import check_whole_cycle, pair_of
+from fem.ste.ste_map import check_whole_cycle, number_of_pitches, pair_of
 from fem.support.arguments import checked
 from fem.support.validation import increasing, require, require_finite
 
@@ -34,8 +34,9 @@ class StressMap:
     """Stresses over mesh force and phase.
 
     force    (n_force,) increasing mesh forces > 0 [N]
-    phase    (n_phase,) increasing phases in [0, 1)
+    phase    (n_phase,) increasing phases in [0, pitches)
     values   (..., n_force, n_phase) stresses by name [Pa]
+    pitches  after which the stresses repeat: 1 where all teeth are alike
 
     Between the forces stress / force^power is linear; below the lowest it is constant, so that the stress vanishes
     without force.
@@ -44,12 +45,13 @@ class StressMap:
     force: np.ndarray
     phase: np.ndarray
     values: dict[str, np.ndarray]
+    pitches: int = 1
 
     def at(self, force: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
         """(..., n) stresses [Pa] under forces (n,) >= 0 up to the largest of the map [N], at phases (n,)."""
         row, over_row = _interval(self.force, force)
-        closed = np.append(self.phase, self.phase[0] + 1)
-        column, over_column = _interval(closed, self.phase[0] + (phase - self.phase[0]) % 1.0)
+        closed = np.append(self.phase, self.phase[0] + self.pitches)
+        column, over_column = _interval(closed, self.phase[0] + (phase - self.phase[0]) % self.pitches)
         corners = (row, column), (over_row, over_column)
         return {
             name: force ** POWERS[name] * _bilinear(values, *corners) for name, values in self._coefficients.items()
@@ -68,7 +70,7 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int | str = 0) -> xr.Datase
 
     run         an `exugear.Run` or its data
     stresses    map of `fem.root_stress` of the pair of the stage, over torques up to the largest mesh force of the run
-                times the base radius of the pinion
+                times the base radius of the pinion; where teeth differ, over as many pitches as the force law
     stage       number or label of the stage
 
     Returns a dataset over time [s] with speed [rad/s], mesh_frequency [Hz] and mesh_force [N] of the run:
@@ -91,6 +93,7 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int | str = 0) -> xr.Datase
     pair = _pair_of_stage(data, label)
     _check_same_pair(stresses, pair, label)
     table = stress_map(stresses, pair.pinion.r_b)
+    _check_pitches(table, int(data.attrs.get(f"{label}_pitches", 1)), label)
     _check_reach(table, data["mesh_force"].values, pair.pinion.r_b)
     force = data["mesh_force"].values
     unlike = why_unlike(stresses) if "pinion_z" in stresses.attrs else ""
@@ -160,6 +163,16 @@ def _check_same_pair(stresses: xr.Dataset, pair: GearPair, label: str) -> None:
         require((mapped.pinion, mapped.wheel) == (pair.pinion, pair.wheel), f"{differs}; map that pair")
 
 
+def _check_pitches(table: StressMap, pitches: int, label: str) -> None:
+    """ValueError unless the stresses run over as many pitches as the force law of the stage, or neither has several."""
+    of_map = f"{table.pitches} pitch{'es' * (table.pitches > 1)}"
+    over = f"stresses run over {of_map}, the law of stage {label!r} over {pitches}"
+    phases = f"phases=np.arange({pitches} * 12) / 12"
+    teeth = f"its teeth differ, and so do their stresses; pass fem.root_stress(pair, torques, {phases})"
+    bolts = "of a ring that bends between bolts they differ along it, which fem.root_stress tells for a ring_angle each"
+    require(table.pitches == pitches, f"{over}: {teeth}; {bolts}")
+
+
 def _check_reach(table: StressMap, force: np.ndarray, r_b: float) -> None:
     """ValueError where mesh forces exceed the map."""
     largest, end = float(np.abs(force).max()), float(table.force[-1])
@@ -186,7 +199,7 @@ def _bilinear(values: np.ndarray, lower: tuple[np.ndarray, ...], share: tuple[np
 def stress_map(stresses: xr.Dataset, r_b: float) -> StressMap:
     """The map of `fem.root_stress` over the mesh force; r_b: base radius of the pinion [m].
 
-    Raises ValueError for other data, for a map without a torque > 0 and for one of several pitches.
+    Raises ValueError for other data, and for a map without a torque > 0.
     """
     axes = {"root_stress": (GEAR, TORQUE, PHASE), "hertz_pressure": (TORQUE, PHASE), "peak_pressure": (TORQUE, PHASE)}
     is_map = all(name in stresses and set(stresses[name].dims) == set(dims) for name, dims in axes.items())
@@ -197,11 +210,10 @@ def stress_map(stresses: xr.Dataset, r_b: float) -> StressMap:
     stresses = stresses.isel({GEAR: np.argsort(gears)})
     torque, phase = (increasing(name, stresses[name].values) for name in (TORQUE, PHASE))
     require(bool(torque[-1] > 0), f"stresses must have a torque > 0 N m, got {torque}")
-    pitch = f"stresses must be of one pitch, at phases in [0, 1), got phases up to {phase[-1]:g}"
-    require(bool(phase[0] >= 0 and phase[-1] < 1), pitch)
+    require(bool(phase[0] >= 0), f"stresses must have phases >= 0, got {phase[0]:g}; pass what fem.root_stress returns")
     check_whole_cycle(stresses)
     loaded = stresses.isel({TORQUE: torque > 0}).transpose(GEAR, TORQUE, PHASE)
     values = {name: loaded[name].values for name in POWERS if name in loaded}
     for name, x in values.items():
         require_finite(f"{name} of the stresses", x, "solve the missing states or drop their torque")
-    return StressMap(torque[torque > 0] / r_b, phase, values)
+    return StressMap(torque[torque > 0] / r_b, phase, values, number_of_pitches(phase))

@@ -8,6 +8,8 @@ import numpy as np
 
 from exugear.mesh_force.force_kernels import blended, centroid_of, contact_at
 from exugear.mesh_force.layout import OFFSETS, U
+from exugear.mesh_force.patches import phase_cell
+from exugear.mesh_force.potential import extent_of, potential
 from exugear.mesh_force.tabulation import uniform_phases
 from fem.support.numba_cache import kept
 
@@ -25,7 +27,8 @@ def at_fixed_offsets(force, fixed: Mapping[str, float]) -> dict[str, Any]:
     values = {**dict(zip(axes, (x.ravel() for x in grid), strict=True)), **fixed}
     number = grid[0].size if grid else 1
     offsets = np.array([np.broadcast_to(values.get(name, 0.0), number) for name in OFFSETS]).T.copy()
-    phase = uniform_phases(force.table.edges.shape[-1], force.pitches)
+    pitches = force.pitches if force.teeth is None else 1
+    phase = uniform_phases(force.table.edges.shape[-1], pitches)
     deflection, forces, centroid = _sampled()(force.table.head, phase, offsets, U**4)
     shape = (*(axis.size for axis in axes.values()), phase.size, U.size)
     deflection, forces, centroid = (x.reshape(shape) for x in (deflection, forces, centroid))
@@ -33,6 +36,36 @@ def at_fixed_offsets(force, fixed: Mapping[str, float]) -> dict[str, Any]:
     # slope of the weight does: so does the force before the moment, and their quotient leaves the face.
     centroid = np.clip(centroid, np.min(force.centroid), np.max(force.centroid))
     return {"phase": phase, "deflection": deflection, "force_table": _rising(forces), "centroid": centroid}
+
+
+def blocks_of(force, phase: np.ndarray) -> dict[str, Any]:
+    """deflection, force_table and centroid of all offsets of a law, sampled at phases (n,)."""
+    counts = [axis.size for axis in force.offsets.values()]
+    number = int(np.prod(counts))
+    arrays = np.array(_of_blocks()(force.table.head, number, phase, U**4)).reshape(3, *counts, phase.size, U.size)
+    return {"deflection": arrays[0], "force_table": arrays[1], "centroid": arrays[2]}
+
+
+@cache
+def _of_blocks():
+    """The compiled function (table, number of blocks, phases, shares) -> (3, n, n_phase, n_share) as `_sampled`."""
+
+    @kept
+    def of_blocks(table, number, phase, share):
+        result = np.zeros((3, number, phase.size, share.size))
+        for i in range(number):
+            for j in range(phase.size):
+                cell = phase_cell(table, phase[j])
+                extent = extent_of(table, i, cell)
+                for k in range(share.size):
+                    u = potential(table, i, cell, extent.unloaded + share[k] * extent.largest, 0.0)
+                    result[0, i, j, k] = extent.unloaded + share[k] * extent.largest
+                    if k > 0:
+                        result[1, i, j, k], result[2, i, j, k] = u.force, -u.by_lever / u.force
+                result[2, i, j, 0] = result[2, i, j, 1]
+        return result
+
+    return of_blocks
 
 
 def _rising(forces: np.ndarray) -> np.ndarray:

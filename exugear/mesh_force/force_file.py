@@ -1,5 +1,6 @@
 """Files of force laws: all fields of an `exugear.MeshForce` and of its coast flank as labelled netCDF."""
 
+from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ NUMBERS = {"damping": "N s/m", "damping_ramp": "m", "backlash": "m", "back_phase
 PITCHES = "pitches"
 OFFSET_UNITS = dict(zip(OFFSETS, ("m", "rad", "m"), strict=True))
 STEP, COAST = "deflection_step", "coast_"
+#: What stands before the names of the tooth pairs of a law over a long period, and of the law of a single one.
+TEETH, SINGLE = "teeth_", "single_"
 
 
 def save_force(force, path: Path) -> Path:
@@ -58,7 +61,38 @@ def _dataset(force, prefix: str = "") -> xr.Dataset:
         {"title": TITLE, f"{prefix}conserves": int(force.conserves), f"{prefix}coast_unlike": force.coast_unlike}
         | ({PITCHES: force.pitches} if force.pitches > 1 else {}),
     )
+    if force.teeth is not None:
+        data = data.merge(_tooth_pairs(force.teeth, prefix), combine_attrs="no_conflicts")
     return data if force.coast is None else data.merge(_dataset(force.coast, COAST), combine_attrs="no_conflicts")
+
+
+def _tooth_pairs(teeth, prefix: str) -> xr.Dataset:
+    """All fields of tooth pairs, with the law of a single one."""
+    fields = {
+        part.name: np.asarray(getattr(teeth, part.name)) for part in dataclass_fields(teeth) if part.name != "single"
+    }
+    variables = {
+        f"{prefix}{TEETH}{name}": ([f"{prefix}{TEETH}{name}_{i}" for i in range(values.ndim)], values)
+        for name, values in fields.items()
+    }
+    single = _dataset(teeth.single, f"{prefix}{SINGLE}")
+    attributes = {name: value for name, value in single.attrs.items() if name.startswith(f"{prefix}{SINGLE}")}
+    attributes[f"{prefix}{SINGLE}{PITCHES}"] = teeth.single.pitches
+    single.attrs = attributes
+    return xr.Dataset(variables).merge(single, combine_attrs="no_conflicts")
+
+
+def _teeth_arguments(data: xr.Dataset, prefix: str) -> dict[str, Any] | None:
+    """Arguments of the tooth pairs in a file, with those of the law of a single one; None for a law without."""
+    begins = f"{prefix}{TEETH}"
+    values = {
+        str(name).removeprefix(begins): x.values for name, x in data.data_vars.items() if str(name).startswith(begins)
+    }
+    if not values:
+        return None
+    numbers = {name: x if x.ndim else float(x) for name, x in values.items()}
+    single = _arguments(data, f"{prefix}{SINGLE}") | {"pitches": int(data.attrs[f"{prefix}{SINGLE}{PITCHES}"])}
+    return numbers | {"single": {name: value for name, value in single.items() if name != "teeth"}}
 
 
 def _arguments(data: xr.Dataset, prefix: str = "") -> dict[str, Any]:
@@ -72,4 +106,5 @@ def _arguments(data: xr.Dataset, prefix: str = "") -> dict[str, Any]:
         "fixed_offsets": {n: float(data[f"{prefix}fixed_{n}"]) for n in OFFSETS if f"{prefix}fixed_{n}" in data},
         "conserves": bool(data.attrs[f"{prefix}conserves"]),
         "coast_unlike": str(data.attrs[f"{prefix}coast_unlike"]),
+        "teeth": _teeth_arguments(data, prefix),
     }

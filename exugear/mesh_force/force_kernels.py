@@ -8,8 +8,8 @@ from math import inf, nan
 from typing import NamedTuple
 
 from exugear.mesh_force.offset_interpolation import MOST_VALUES, stencil, tilt_stencil
-from exugear.mesh_force.patches import phase_cell, range_of, table_of
-from exugear.mesh_force.potential import CONTINUED, centroid_at, potential
+from exugear.mesh_force.patches import phase_cell, table_of
+from exugear.mesh_force.potential import CONTINUED, centroid_at, extent_of, potential
 from fem.support.numba_cache import compiled, kept
 
 #: Share of the way to the end of the shortest table up to which all tables surely reach.
@@ -154,7 +154,7 @@ def ends_of(table, side):
 @kept
 def range_at(table, phase):
     """Deflections at loss of contact and at the end of the table [m], of a law without offsets."""
-    extent = range_of(table, 0, phase_cell(table, phase))
+    extent = extent_of(table, 0, phase_cell(table, phase))
     return extent.unloaded, extent.unloaded + extent.largest
 
 
@@ -170,7 +170,7 @@ def contact_at(table, phase, a, misalignment, axial):
                 for q in range(2):
                     if tilt.weights[q] != 0.0:
                         block = block_number(table, distance.first + p, tilt.first + q, shift.first + r)
-                        extent = range_of(table, block, cell)
+                        extent = extent_of(table, block, cell)
                         moved = extent.unloaded
                         if table.has_centroid != 0:
                             moved += tilt.levers[q] * centroid_at(table, block, cell, extent, 0.0).value

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import carray, from_dtype, types
+from numba.core import cgutils
 from numba.extending import intrinsic
+from numba.np.unsafe import ndarray
 
 from fem.support.numba_cache import compiled
 
@@ -86,6 +88,22 @@ def _put_all(typing_context, address, values):
     return types.none(types.int64, values), code
 
 
+def _stack_of(typing_context, number):
+    """The function for kernels: constant number -> pointer to so many floats that live as long as the call.
+
+    An array would be allocated and freed by each call, for a microsecond.
+    """
+    count = number.literal_value
+
+    def code(context, builder, signature, arguments):
+        return cgutils.alloca_once(builder, ir.DoubleType(), size=count)
+
+    return types.CPointer(types.float64)(types.literal(count)), code
+
+
 start_of: Any = intrinsic(_start_of)
+stack_of: Any = intrinsic(prefer_literal=True)(_stack_of)
 put_all: Any = intrinsic(_put_all)
+#: The function for kernels: (array, n) -> its n floats as a tuple.
+as_tuple: Any = ndarray.to_fixed_tuple
 doubles_at, floats_at = pointer_to(types.float64), pointer_to(types.float32)

@@ -35,12 +35,15 @@ from exugear.mesh_force.patches import (
     table_of,
 )
 from exugear.mesh_force.pchip import hermite_bend
+from exugear.mesh_force.potential import potential
 from fem.support.numba_cache import compiled, kept
 
 #: What a law gives: derivatives of the potential by deflection, phase, centre distance, misalignment and axial offset
 #: (its arguments), and the damping coefficient.
 FORCE, BY_PHASE, BY_A, BY_MISALIGNMENT, BY_AXIAL, DAMPING = range(6)
 ARGUMENTS = 5
+#: Steps of phase [pitches] and lever [rad] by which slopes of a law that is composed of tooth pairs are differences.
+PHASE_STEP, LEVER_STEP = 1e-5, 1e-8
 
 
 class SecondOrder(NamedTuple):
@@ -146,6 +149,8 @@ def centroid_slopes(table, block, cell, extent, bends, raw):
 @compiled
 def block_slopes(table, block, cell, deflection, lever):
     """`BlockSlopes`: the potential is p^2 w at the penetration p = deflection - unloaded - lever times centroid."""
+    if table.teeth != 0:
+        return composed_slopes(table, block, cell, deflection, lever)
     extent, bends = range_of(table, block, cell), bends_of_edge(table, block, cell)
     raw = deflection - extent.unloaded
     c = centroid_slopes(table, block, cell, extent, bends, raw)
@@ -175,6 +180,30 @@ def block_slopes(table, block, cell, deflection, lever):
         by_pp * p_lever * p_lever,
         SecondOrder(p, p_x, p_phase, 0.0, 0.0, 0.0),
         p_lever,
+    )
+
+
+@compiled
+def composed_slopes(table, block, cell, deflection, lever):
+    """`BlockSlopes` of a law that is composed of tooth pairs: second derivatives are differences of the first."""
+    u, step, lever_step = potential(table, block, cell, deflection, lever), PHASE_STEP, LEVER_STEP
+    if u.penetration <= 0.0:
+        return NO_SLOPES
+    phase = (cell.low + cell.share) / table.steps_in_pitch
+    before = potential(table, block, phase_cell(table, phase - step), deflection, lever)
+    after = potential(table, block, phase_cell(table, phase + step), deflection, lever)
+    low = potential(table, block, cell, deflection, lever - lever_step)
+    high = potential(table, block, cell, deflection, lever + lever_step)
+    by_phases, by_levers = (after.by_phase - before.by_phase) / (2 * step), (high.by_lever - low.by_lever)
+    slope = (after.penetration - before.penetration) / (2 * step)
+    return BlockSlopes(
+        SecondOrder(u.energy, u.force, u.by_phase, u.stiffness, u.force_by_phase, by_phases),
+        u.by_lever,
+        (high.force - low.force) / (2 * lever_step),
+        (after.by_lever - before.by_lever) / (2 * step),
+        by_levers / (2 * lever_step),
+        SecondOrder(u.penetration, 1.0, slope, 0.0, 0.0, 0.0),
+        (high.penetration - low.penetration) / (2 * lever_step),
     )
 
 

@@ -22,7 +22,8 @@ OFFSETS = ("a", "misalignment", "axial")
 #: force has a centroid beside mid-plane; scalars of the law; means over phase of force [N] and tangent stiffness [N/m]
 #: at the end of the table; largest tangent stiffness of either flank; side: 1, of a coast flank's table -1; start of
 #: that table, 0 where the coast flank is the mirror image; starts of the arrays [bytes from the head]; pitches after
-#: which the law repeats, the reciprocal of their number, and phase steps in a pitch.
+#: which the law repeats, the reciprocal of their number, and phase steps in a pitch; start of the `TEETH` of which the
+#: law is composed, 0 where it is not.
 FORCE_TABLE = record_type(
     ("phase_steps", "i8"),
     ("penetration_steps", "i8"),
@@ -46,7 +47,23 @@ FORCE_TABLE = record_type(
     ("pitches", "f8"),
     ("per_pitches", "f8"),
     ("steps_in_pitch", "f8"),
+    ("teeth", "i8"),
 )
+#: Head of what a law is composed of, whose teeth differ: numbers of teeth; position [pitches] at which the table of a
+#: single tooth pair begins, and up to which it reaches; numbers of couplings by distance and position, of increments,
+#: and of their loads; position at which couplings begin, and their steps in a pitch; the same of increments, and the
+#: largest of their loads [N]; share of a pitch by which a difference of pitch deviations turns the teeth [1/m]; starts
+#: of the arrays [bytes from this head].
+TEETH = record_type(
+    *((name, "i8") for name in ("z_1", "z_2", "distances", "coupled", "placed", "loads")),
+    *((name, "f8") for name in ("first", "last", "coupled_first", "coupled_steps", "placed_first", "placed_steps")),
+    *((name, "f8") for name in ("largest_load", "turn")),
+    *((f"{name}_start", "i8") for name in ("pitch_1", "pitch_2", "variant_1", "variant_2", "coupling")),
+    *((f"{name}_start", "i8") for name in ("increments", "single")),
+)
+#: An increment of a tooth at a load and a position: the deflection and its integral over t, its slopes by t, by a step
+#: of the position, and by both; t = sqrt(load / largest load).
+INCREMENT = record_type(*((name, "f8") for name in ("value", "by_t", "by_s", "by_t_s", "work", "work_by_s")))
 #: Unloaded deflection, largest penetration [m], and their slopes per phase step; largest force of the law [N].
 EDGE = record_type(
     *((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope", "largest_force"))
@@ -63,11 +80,16 @@ def steps_in_pitch(blocks: int, pitches: int) -> int:
 
 
 def table_type(
-    counts: tuple[int, ...], phase_steps: int, has_centroid: bool, coast: np.dtype | None = None
+    counts: tuple[int, ...],
+    phase_steps: int,
+    has_centroid: bool,
+    coast: np.dtype | None = None,
+    teeth: np.dtype | None = None,
 ) -> np.dtype:
     """Type of a whole table with counts (3) of the offset values and a number of phase steps.
 
     coast   type of the table of the coast flank; None where that is the mirror image
+    teeth   type of what a law is composed of; None where it is not
     """
     over_nodes = (*counts, phase_steps, U.size)
     return record_type(
@@ -78,6 +100,7 @@ def table_type(
         ("potentials", NODE, over_nodes),
         ("centroids", NODE, over_nodes if has_centroid else (0,)),
         *([("coast", coast)] if coast is not None else []),
+        *([("teeth", teeth)] if teeth is not None else []),
     )
 
 

@@ -60,16 +60,20 @@ class PhaseCurves(NamedTuple):
 
 def tabulate(force) -> np.record:
     """The table of a `MeshForce`, behind it that of its coast flank; ValueError where its backlash jams the teeth."""
-    phase, pitches = force.phase, force.pitches
-    uniform = np.allclose(phase, uniform_phases(phase.size, pitches), atol=1e-9)
-    phase_steps = phase.size if uniform else RESAMPLED * pitches
+    pitches, pairs = force.pitches, force.teeth
+    tabulated = pitches if pairs is None else 1
+    uniform = np.allclose(force.phase, uniform_phases(force.phase.size, tabulated), atol=1e-9)
+    phase_steps = force.phase.size if uniform else RESAMPLED * tabulated
     axes = {name: np.atleast_1d(force.offsets.get(name, force.fixed_offsets.get(name, 0.0))) for name in OFFSETS}
     coast = None if force.coast is None else force.coast.table
     counts, of_coast = tuple(axis.size for axis in axes.values()), None if coast is None else coast.dtype
-    kind = table_type(counts, phase_steps, bool(np.any(force.centroid)), of_coast)
-    arrays, tangents = _arrays(force, phase_steps, kind)
+    teeth = None if pairs is None else pairs.table()
+    of_teeth = None if teeth is None else teeth.dtype
+    kind = table_type(counts, phase_steps, bool(np.any(force.centroid)), of_coast, of_teeth)
+    arrays, tangents = _arrays(force, phase_steps, kind, tabulated)
     unloaded = [edges["unloaded"].min() for edges in (arrays["edges"], *([] if coast is None else [coast["edges"]]))]
-    jam = -2 * min(unloaded)
+    proud = [of_flank.teeth.proud for of_flank in (force, force.coast) if getattr(of_flank, "teeth", None)]
+    jam = -2 * (min(unloaded) + min(proud, default=0.0))
     least = f"backlash must be >= {jam:.4g} m, or the unloaded transmission error jams the teeth, got {force.backlash}"
     require(force.backlash >= jam - 1e-9, least)
     scalars = {name: getattr(force, name) for name in SCALARS}
@@ -79,7 +83,7 @@ def tabulate(force) -> np.record:
         **scalars,
         side=1.0,
         coast=0 if coast is None else start_of_field(kind, "coast"),
-        phase_steps=phase_steps,
+        phase_steps=phase_steps * (pitches // tabulated),
         penetration_steps=PENETRATIONS,
         offset_counts=[axis.size for axis in axes.values()],
         has_centroid=kind["centroids"].shape != (0,),
@@ -91,21 +95,26 @@ def tabulate(force) -> np.record:
         **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "potentials", "centroids")},
         pitches=pitches,
         per_pitches=1 / pitches,
-        steps_in_pitch=phase_steps / pitches,
+        steps_in_pitch=phase_steps / tabulated,
+        teeth=0 if teeth is None else start_of_field(kind, "teeth"),
     )
     slopes = {f"{name}_slopes": slope_weights(axis) for name, axis in axes.items()}
-    behind = {} if coast is None else {"coast": changed(coast, head=changed(coast.head, **scalars, side=-1.0))}
+    behind: dict = {} if coast is None else {"coast": changed(coast, head=changed(coast.head, **scalars, side=-1.0))}
+    behind |= {} if teeth is None else {"teeth": teeth}
     return record_of(kind, head=head, **axes, **slopes, **arrays, **behind)
 
 
-def _arrays(force, phase_steps: int, kind: np.dtype) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Edges, potentials and centroids of all blocks, with the shapes of the table; their tangent stiffnesses [N/m]."""
+def _arrays(force, phase_steps: int, kind: np.dtype, pitches: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Edges, potentials and centroids of all blocks, with the shapes of the table; their tangent stiffnesses [N/m].
+
+    pitches   number over which force.phase runs
+    """
     shape, largest_force = force.force_table.shape, force.force_table[..., -1]
     tables = [np.broadcast_to(x, shape) for x in (force.deflection, force.force_table, force.centroid)]
     rows = [x.reshape(-1, *x.shape[-2:]) for x in (_extended(*tables) if force.offsets else tables)]
     limits = largest_force.reshape(-1, shape[-2])
-    uniform = uniform_phases(phase_steps, force.pitches)
-    blocks = [_block(force.phase, uniform, force.pitches, *columns) for columns in zip(*rows, limits, strict=True)]
+    uniform = uniform_phases(phase_steps, pitches)
+    blocks = [_block(force.phase, uniform, pitches, *columns) for columns in zip(*rows, limits, strict=True)]
     edges, potentials, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
     arrays = {"edges": edges, "potentials": potentials}
     shaped = {name: values.reshape(1, *kind[name].shape) for name, values in arrays.items()}

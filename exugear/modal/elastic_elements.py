@@ -50,6 +50,9 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
                 matrix = tangent_stiffness(bearing, axial - shaft.centre, displacement)
                 name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
                 yield ElasticElement(name, "bearing", embedded(matrix[components], part, q.size))
+        if ring := model.rings.get(shaft.name):
+            stiffness = np.diag(ring.elastic.stiffness)
+            yield ElasticElement(f"{shaft.name} rim", "ring", embedded(stiffness, ring.indices, q.size))
         for rotor in shaft.rotors:
             spring = rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
             ends = [model.turning[rotor.body], model.turning[rotor.name]]

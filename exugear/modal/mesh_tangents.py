@@ -101,7 +101,10 @@ def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTang
             moved = float(records_of(mbs, number)[1].phase) + phase
             row = _tangent(contact_at_fixed_phase(mbs, number, moved), q, by_wheel, force).row
             return force, _tangent(contact_of(mbs, number, phase=moved), q, by_wheel, force)._replace(row=row)
-        phases = averaged_phases(int(present.records[0].head.pitches))
+        frame = present.records[1]
+        # On an elastic ring the mesh stays where it stands, as the planets pull at the modes from there.
+        around = np.floor(frame.phase) + averaged_phases(1) if frame.modes else None
+        phases = averaged_phases(int(present.records[0].head.pitches)) if around is None else around
         contacts = [contact_at_fixed_phase(mbs, number, x) for x in phases]
         tangents = [_tangent(contact, q, by_wheel, (1 - MARGIN) * force) for contact in contacts]
     except ValueError:

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.modal.elastic_elements import names_of_nodes
+from exugear.multibody.elastic_rings import BuiltRing
 from exugear.multibody.gear_contact import contacts_of, records_of
 from exugear.multibody.model import Model
 from exugear.planning.eigenmodes import Eigenmodes
@@ -80,7 +81,8 @@ def kinds_of_modes(model: Model, modes: Eigenmodes) -> dict[str, tuple]:
     """Kind of each mode of planetary sets as a variable over `mode`; empty without planets.
 
     By the kinetic energy of the shafts that are no planets: in the plane and in tilts, and in spins and along z. Spins
-    go with motion along the axes, translations with tilts (T. Eritenel, R. G. Parker, J. Sound Vib. 325, 2009).
+    go with motion along the axes, translations with tilts (T. Eritenel, R. G. Parker, J. Sound Vib. 325, 2009). Modes
+    of an elastic ring have more than half of their kinetic energy in its rim.
     """
     box, (total, moved, turned) = model.gearbox, np.zeros((3, modes.omega.size))
     if not box.planets:
@@ -94,10 +96,17 @@ def kinds_of_modes(model: Model, modes: Eigenmodes) -> dict[str, tuple]:
         total += energies.sum(axis=0)
         if shaft.name not in box.planets:
             moved, turned = moved + energies[[0, 1, 3, 4]].sum(axis=0), turned + energies[[2, 5]].sum(axis=0)
+    rims = np.sum([_energy_of_ring(ring, modes) for ring in model.rings.values()], axis=0)
     moves, turns = moved > STANDS * total, turned > STANDS * total
-    kinds = np.select([moves & turns, moves, turns], ["mixed", "translational", "rotational"], "planet")
+    choices = {"ring": rims > total, "mixed": moves & turns, "translational": moves, "rotational": turns}
+    kinds = np.select([*choices.values()], [*choices], "planet")
     about = {"units": "", "long_name": "kind of the mode, by the motion of sun, ring and carrier"}
     return {"kind": ("mode", kinds.astype(str), about)}
+
+
+def _energy_of_ring(ring: BuiltRing, modes: Eigenmodes) -> np.ndarray:
+    """(n_mode,) twice the kinetic energy of an elastic ring at a unit angular frequency."""
+    return ring.elastic.masses @ np.abs(modes.shapes[ring.indices]) ** 2
 
 
 def parts_of_shafts(model: Model) -> dict[str, tuple]:

@@ -73,7 +73,7 @@ def modes(
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape
     kind            of a gearbox with planetary sets, by what moves beside the planets: "rotational" where sun, ring and
                     carrier turn or move along their axes, "translational" where they move in the plane or tilt,
-                    "planet" where they stand, else "mixed"
+                    "planet" where they stand, "ring" where the rim of an elastic ring moves most, else "mixed"
     line            of elastic shafts, displacement of their axes along x and y over `line_point`, whose shafts and
                     axial positions are line_shaft and line_axial; likewise line_imaginary
     mesh_stiffness  k, and mesh_force under the load, by stage: both are 0 where a mesh is idle, its teeth open. The

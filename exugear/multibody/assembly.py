@@ -1,6 +1,6 @@
 """Assembly of the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import cos, sin
 from typing import Any, NamedTuple
 
@@ -24,8 +24,16 @@ from exugear.gearbox.gearbox import Gearbox, anchors_of
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
-from exugear.mesh_force.kernel_records import changed
+from exugear.mesh_force.kernel_records import address_of, changed
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
+from exugear.multibody.elastic_rings import (
+    BuiltRing,
+    RingInMesh,
+    add_elastic_ring,
+    located_ring,
+    ring_in_mesh,
+    row_on_ring,
+)
 from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
@@ -74,7 +82,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     for shaft in gearbox.shafts:
         add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
     numbers_of_stages = range(len(gearbox.stages))
-    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, of_gears) for number in numbers_of_stages]
+    rings = {name: add_elastic_ring(mbs, ring) for name, ring in gearbox.elastic_rings.items()}
+    in_meshes = [ring_in_mesh(rings, gearbox, number) for number in numbers_of_stages]
+    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, of_gears, in_meshes) for number in numbers_of_stages]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
@@ -93,13 +103,14 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         name: mbs.GetNodeODE2Index(node_of(mbs, body)) + scene.shafts[name].spin_index for name, body in bodies.items()
     }
     elastics = {name: located(mbs, elastic) for name, elastic in elastics.items()}
+    rings = {name: located_ring(mbs, ring) for name, ring in rings.items()}
     rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
     meshes = tuple(
-        _mesh(stage, scene, label, contact, _row(mbs, stage, contact.frame, spins, elastics, scene))
+        _mesh(stage, scene, label, contact, _row(mbs, stage, contact, spins, elastics, rings, scene))
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    further = pins, tuple(further_drives), elastics
+    further = pins, tuple(further_drives), elastics, rings
     system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further)
     hold_members(system)
     return linearized(system, gearbox.independent)
@@ -144,17 +155,24 @@ def _check_suits(scene: Plan, suitable: Plan) -> None:
 
 
 class AddedContact(NamedTuple):
-    """A gear contact in the system: its object number, recorder and geometry."""
+    """A gear contact in the system: its object number, recorder, geometry, and elastic ring, if any."""
 
     number: int
     recorder: Recorder
     frame: np.record
+    ring: RingInMesh | None
 
 
 def _add_contact(
-    mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int], of_gears: BodiesOfGears
+    mbs,
+    gearbox: Gearbox,
+    number: int,
+    scene: Plan,
+    bodies: Mapping[str, int],
+    of_gears: BodiesOfGears,
+    rings: Sequence[RingInMesh | None],
 ) -> AddedContact:
-    """Add the contact of a stage, by its number."""
+    """Add the contact of a stage, by its number; rings: elastic ones of all stages."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[shaft.name] for shaft in stage.shafts]
     for side, (name, axial) in enumerate(stage.ends):
@@ -163,9 +181,11 @@ def _add_contact(
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
+    if ring := rings[number]:
+        frame = changed(frame, modes=ring.record.modes, ring=address_of(ring.record))
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
-    contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair)
-    return AddedContact(contact, recorder, frame)
+    contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair, ring)
+    return AddedContact(contact, recorder, frame, ring)
 
 
 def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.ndarray) -> BuiltMesh:
@@ -193,12 +213,14 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
 def _row(
     mbs,
     stage: Stage,
-    frame: np.record,
+    contact: AddedContact,
     spins: Mapping[str, int],
     elastics: Mapping[str, BuiltShaft],
+    rings: Mapping[str, BuiltRing],
     scene: Plan,
 ) -> np.ndarray:
     """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
+    frame = contact.frame
     spins = dict(spins) | {name: elastics[name].spins[axial] for name, axial in stage.ends if name in elastics}
     is_planar_set = any(scene.shafts[shaft.name].on_bearings for shaft in (stage.fast, stage.slow))
     row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
@@ -212,6 +234,8 @@ def _row(
     for shaft, entry in zip(shafts, entries, strict=True):
         components, last = scene.shafts[shaft.name].components, spins[shaft.name] + 1
         row[last - len(components) : last] = entry[components]
+    if contact.ring:
+        row[rings[stage.slow.name].indices] = row_on_ring(contact.ring, float(frame.phase))
     return row
 
 

@@ -9,6 +9,7 @@ from functools import cache
 from math import cos, sin
 
 import numpy as np
+from numba import carray
 
 from exugear.contact.body_motion import BodyMotion, forces_on, motions_of, recorded_motions
 from exugear.contact.contact import (
@@ -19,11 +20,13 @@ from exugear.contact.contact import (
     spin_forces,
     spin_motion,
 )
+from exugear.contact.elastic_ring import flexed, note_forces, ring_at, with_torque_on_phase
 from exugear.contact.friction import friction_at, friction_in_space, friction_of_spins
 from exugear.contact.recorder import recorded_components, sample_of, write
 from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
 from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
 from exugear.contact.vectors import cross, dot, row_dot, row_total
+from exugear.mesh_force.kernel_records import as_tuple, doubles_at, put_all
 from exugear.mesh_force.patches import table_at
 from exugear.multibody.imposed_motion import Spin, in_carrier, spin_of, torque_on, with_spin
 from exugear.multibody.integrator_steps import (
@@ -31,6 +34,7 @@ from exugear.multibody.integrator_steps import (
     begin_call,
     begin_solve,
     push_in_step,
+    shifted,
     state_at,
 )
 from fem.support.numba_cache import compiled, kept
@@ -50,28 +54,31 @@ def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
 
     The first five are addresses: of a table's head, a contact frame, a contact state, a record of the friction, and a
     recorder's header. Coordinates and velocities are separate arguments: a list would cost 14 us more in each call from
-    Python. Three bodies that only spin are pinion, wheel and their carrier.
+    Python. Three bodies that only spin are pinion, wheel and their carrier. The amplitudes of an elastic ring follow.
 
     kinds   of the bodies
     frame   of the contact: bodies that only spin may be displaced from the pair's nominal positions
     rubs    whether there is friction; else its address is 0
     """
     if set(kinds) == {SPIN} and not is_spatial(frame):
-        return _spin_contact(len(kinds), int(rubs))
-    return _spatial_contact(*codes_of(kinds[:2], is_rotated(frame)), int(rubs), len(kinds) - 2)
+        return _spin_contact(len(kinds), int(rubs), int(frame.modes))
+    return _spatial_contact(*codes_of(kinds[:2], is_rotated(frame)), int(rubs), len(kinds) - 2, int(frame.modes))
 
 
 @cache
-def _spin_contact(bodies: int, rubs: int):
+def _spin_contact(bodies: int, rubs: int, modes: int):
     """The compiled contact of two bodies that spin about fixed axes, and of the carrier of these axes, if any.
 
+    modes   number of amplitudes of an elastic ring
     It encloses numbers only, by which the cache on disk identifies it; branches that they exclude are not compiled.
     """
+    amplitudes, rates = bodies + modes, 2 * bodies + modes
 
     @kept
-    def spin_contact(law, frame, state, friction, record, t, *x):
+    def spin_contact(law, frame, state, friction, record, t, *coordinates):
         law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
+        x = coordinates if modes == 0 else coordinates[:bodies] + coordinates[amplitudes:rates]
         body_1 = spin_of(state.imposed[0], t, x[0], x[bodies])
         body_2 = spin_of(state.imposed[1], t, x[1], x[bodies + 1])
         carrier = STANDING if bodies == 2 else spin_of(state.imposed[2], t, x[2], x[5])
@@ -81,20 +88,33 @@ def _spin_contact(bodies: int, rubs: int):
         by_wheel = frame.wheel.r_b * body_2.speed if state.imposed[1] else 0.0
         by_carrier = (frame.pinion.r_b + frame.wheel.r_b) * carrier.speed if state.imposed[2] else 0.0
         beside = Beside(frame.direction * (by_pinion + by_wheel - by_carrier), 0.0, 0.0, 0.0)
+        lag = 0.0
+        if modes > 0:
+            ring = ring_at(frame.ring)
+            put_all(ring.state, coordinates[bodies:amplitudes] + coordinates[rates:])
+            rim = flexed(ring, law, motion, state.steps)
+            lag = rim.advance
+            motion, beside = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
         motion, push, force, dissipation = push_in_step(law, state, motion, beside, None)
         pulsed = force + state.steps.pulse_force
+        if modes > 0:
+            note_forces(ring, pulsed)
+            push = with_torque_on_phase(push, rim, pulsed)
         torque_1, torque_2 = spin_forces(frame, push, pulsed)
         rub = friction_of_spins(friction_at(friction) if rubs == 1 else None, frame, push, pinion.speed, wheel.speed)
         torque_1, torque_2 = torque_1 + rub.pinion, torque_2 + rub.wheel
         k = sample_of(record, t)
         if k >= 0:
-            mesh = motion.advance, force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
+            mesh = motion.advance + lag, force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
             power = push.static.energy, dissipation, body_1.angle, body_2.angle, body_1.speed, body_2.speed
             carried = carrier.angle, carrier.speed, -torque_1 - torque_2
             write(record, k, mesh, power, (rub.force, rub.loss), carried, 0, None)
         torque_3 = torque_on(state, 2, carrier, -torque_1 - torque_2)
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
-        return (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
+        torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
+        if modes > 0:
+            return torques + as_tuple(carray(doubles_at(ring.forces), modes), modes)
+        return torques
 
     return spin_contact
 
@@ -111,28 +131,40 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
         by_shift = by_shift + geometry.wheel[0] * v_2[0] + geometry.wheel[1] * v_2[1]
         by_carrier = (geometry.pinion[5] + geometry.wheel[5]) * carrier_speed - by_shift
     imposed_rate, by_bearings = by_pinion + by_wheel - by_carrier, 0.0
+    turning, across, along = orbit_of(geometry, v_1, v_2)
     if steps.predicts != 0.0:
-        imposed_rate += steps.duration * rate_by_orbit(geometry, v_1, v_2)
+        imposed_rate += steps.duration * turning * across
         by_bearings = row_dot(steps.by_displacement[0], q_1) + row_dot(steps.by_displacement[1], q_2)
         by_bearings = by_bearings + row_dot(steps.by_velocity[0], v_1) + row_dot(steps.by_velocity[1], v_2)
-    lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
+    lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2) + steps.lag * turning * turning * along
     held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     return Beside(imposed_rate, by_bearings, lag_rate, held)
 
 
 @compiled
-def rate_by_orbit(geometry, v_1, v_2):
-    """Change of the rate of the advance [m/s^2] as the line of centres turns, at velocities (6) of the bodies.
+def beside_ring(state, beside, rim):
+    """`Beside` the mesh with the springs of the modes of an elastic ring, `Flexed`."""
+    lag, force = state.steps.lag, state.steps.last_force
+    by_bearings, lag_rate = beside.by_bearings + rim.in_step, beside.lag_rate - lag * rim.jerk
+    held = beside.held + lag * (rim.mobility * force - rim.acceleration)
+    return Beside(beside.imposed_rate, by_bearings, lag_rate, held)
 
-    The first guess of a step takes any change of the rate for that by accelerations. Of planets that orbit this part is
-    large: without it Newton's iteration takes 1.3 calls in a step instead of 1.0.
+
+@compiled
+def orbit_of(geometry, v_1, v_2):
+    """Speed [rad/s] at which the line of centres turns, and velocities [m/s] across and along the line of action.
+
+    The turn changes the rate of the advance by the speed times the velocity across. The first guess of a step takes any
+    change of the rate for that by accelerations; of planets that orbit this part is large, and without it Newton's
+    iteration takes 1.3 calls in a step instead of 1.0. The velocities of an orbit lag, too, by the lag times the
+    squared speed.
     """
     position, row_1, row_2 = geometry.position, geometry.pinion, geometry.wheel
-    u_x, u_y, u_z = v_2[0] - v_1[0], v_2[1] - v_1[1], v_2[2] - v_1[2]
-    turning = dot(position.e_t, (u_x, u_y, u_z)) / position.distance
-    across_1 = cross(position.pinion.z, (row_1[0], row_1[1], row_1[2]))
-    across_2 = cross(position.pinion.z, (row_2[0], row_2[1], row_2[2]))
-    return turning * (dot(across_1, (v_1[0], v_1[1], v_1[2])) + dot(across_2, (v_2[0], v_2[1], v_2[2])))
+    u_1, u_2 = (v_1[0], v_1[1], v_1[2]), (v_2[0], v_2[1], v_2[2])
+    on_1, on_2 = (row_1[0], row_1[1], row_1[2]), (row_2[0], row_2[1], row_2[2])
+    turning = dot(position.e_t, (u_2[0] - u_1[0], u_2[1] - u_1[1], u_2[2] - u_1[2])) / position.distance
+    z = position.pinion.z
+    return turning, dot(cross(z, on_1), u_1) + dot(cross(z, on_2), u_2), dot(on_1, u_1) + dot(on_2, u_2)
 
 
 @compiled
@@ -162,16 +194,18 @@ def displaced(motion, moved, slope, speed):
 
 
 @cache
-def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
+def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: int):
     """The compiled contact of two kinds of bodies, as `_spin_contact`; carried: 1 of spins on a carrier."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
-    components = recorded_components(n_1, n_2)
+    components, bodies = recorded_components(n_1, n_2), n_1 + n_2 + carried
+    amplitudes, rates = bodies + modes, 2 * bodies + modes
 
     @kept
-    def spatial_contact(law, frame, state, friction, record, t, *coordinates):
+    def spatial_contact(law, frame, state, friction, record, t, *all_coordinates):
         law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
         begin_solve(state, t)
+        coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[amplitudes:rates]
         carrier = STANDING if carried == 0 else spin_of(state.imposed[2], t, coordinates[2], coordinates[5])
         x = coordinates if carried == 0 else in_carrier_frame(coordinates, carrier)
         pinion, wheel = motions_of(frame, kind_1, kind_2, n_1, n_2, x)
@@ -189,8 +223,18 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
+        lag = 0.0
+        if modes > 0:
+            ring = ring_at(frame.ring)
+            put_all(ring.state, all_coordinates[bodies:amplitudes] + all_coordinates[rates:])
+            rim = flexed(ring, law, motion, state.steps)
+            lag = rim.advance
+            motion, beside = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
         motion, push, force, dissipation = push_in_step(law, state, motion, beside, geometry.position.offsets)
         pulsed = force + state.steps.pulse_force
+        if modes > 0:
+            note_forces(ring, pulsed)
+            push = with_torque_on_phase(push, rim, pulsed)
         forces_1, forces_2 = space_forces(frame, geometry, push, pulsed)
         rub = friction_in_space(
             friction_at(friction) if rubs == 1 else None, frame, geometry.position, push, pinion.v, wheel.v
@@ -206,7 +250,7 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
             body_1, body_2 = recorded_motions(frame, kind_1, kind_2, n_1, n_2, x, pinion, wheel)
             offsets, centroid = measures_in_space(frame, geometry, push)
             mesh = (
-                motion.advance - motion.opening,
+                motion.advance + lag - motion.opening,
                 force,
                 *offsets,
                 centroid,
@@ -222,9 +266,14 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int):
             write(record, k, mesh, power, (rub.force, rub.loss), on_carrier, components, motions)
         spun_1, spun_2 = torque_on(state, 0, spin_1, f[5]), torque_on(state, 1, spin_2, g[5])
         if carried == 1:
-            return spun_1, spun_2, torque_on(state, 2, carrier, torque_3)
+            torques = spun_1, spun_2, torque_on(state, 2, carrier, torque_3)
+            if modes > 0:
+                return torques + as_tuple(carray(doubles_at(ring.forces), modes), modes)
+            return torques
         on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
         on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
+        if modes > 0:
+            return on_pinion + on_wheel + as_tuple(carray(doubles_at(ring.forces), modes), modes)
         return on_pinion + on_wheel
 
     return spatial_contact

@@ -52,6 +52,8 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
     loops = len(model.meshes) >= len(model.bodies)
     predict_bearings(model.mbs, rule if rule.spectral_radius is None else None)
     bearings = bearing_tangents(model, np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL)))
+    for pin in model.pins:
+        pin.record.lag = rule.lag
     for mesh in model.meshes:
         state = state_of(model.mbs, mesh.contact)
         state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
@@ -64,6 +66,8 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
         yield
     finally:
         predict_bearings(model.mbs, None)
+        for pin in model.pins:
+            pin.record.lag = 0.0
         for mesh in model.meshes:
             state = state_of(model.mbs, mesh.contact)
             state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)

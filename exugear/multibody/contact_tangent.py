@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.contact.recorder import HEADER
-from exugear.contact.reference_configuration import is_spatial
+from exugear.contact.reference_configuration import turns_forces
 from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPATIAL, SPIN, velocity_by_vector
 from exugear.mesh_force.kernel_records import address_of, changed
 from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, DAMPING, FORCE, law_slopes
@@ -148,7 +148,7 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
     """
     n, point, state, rubs = len(q), np.array([*q, *q_t], float), held.state, held.friction is not None
     lag, mobility = float(state.lag), float(state.mobility)
-    by_bearings = _by_bearings(state, held.kinds) if lag else 0.0
+    by_bearings = _by_bearings(state, held.kinds, n) if lag else 0.0
     if state.engaged == OUT_OF_MESH:
         return np.zeros((n, n))
     held.begin(t)
@@ -173,15 +173,16 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
     by_velocities = c * (1.0 + lag * k) * (row + by_bearings)
     spring = factors[0] * np.outer(rubbing, by_coordinates / yielding)
     spring += factors[1] * np.outer(row, by_velocities / yielding)
-    if rubs or is_spatial(held.frame):
+    if rubs or turns_forces(held.frame):
         spring -= factors[0] * held.by_coordinates(point, numbers)
     return spring - factors[1] * held.by_rubbing(point, static) if rubs else spring
 
 
-def _by_bearings(state: np.record, kinds: tuple[str, ...]) -> np.ndarray:
+def _by_bearings(state: np.record, kinds: tuple[str, ...], n: int) -> np.ndarray:
     """(n,) factors of the velocities by which bearings let the rate of the advance lag."""
     lags = state.pinion_lag, state.wheel_lag, np.zeros(6)
-    return np.concatenate([lag[COMPONENTS[kind]] for kind, lag in zip(kinds, lags, strict=False)])
+    of_bodies = np.concatenate([lag[COMPONENTS[kind]] for kind, lag in zip(kinds, lags, strict=False)])
+    return np.append(of_bodies, np.zeros(n - of_bodies.size))
 
 
 def contact_tangent(held: HeldContact, q, q_t) -> ContactTangent:
@@ -207,7 +208,7 @@ def contact_tangent(held: HeldContact, q, q_t) -> ContactTangent:
         change = HELD_STEP * numbers[FORCE] * UNITS[i]
         after, before = (held.forces(point, numbers + x, rubs=True) for x in (change, -change))
         by_number[i] = (after - before) / (2 * change[i])
-    if rubs or is_spatial(held.frame):
+    if rubs or turns_forces(held.frame):
         by_coordinates = -held.by_coordinates(point, numbers)
     if rubs:
         by_velocities = by_velocities - held.by_rubbing(point, numbers * STATIC)

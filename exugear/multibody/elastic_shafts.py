@@ -17,7 +17,6 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 from numba import carray
-from numba.np.unsafe import ndarray
 
 from exugear.contact.recorder import BodyRecorder, header_at, sample_of
 from exugear.gearbox.bearing import Bearing
@@ -25,7 +24,15 @@ from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_st
 from exugear.gearbox.disc import Disc
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.mesh_force.kernel_records import address_of, doubles_at, floats_at, put_all, reader, record_type
+from exugear.mesh_force.kernel_records import (
+    address_of,
+    as_tuple,
+    doubles_at,
+    floats_at,
+    put_all,
+    reader,
+    record_type,
+)
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
@@ -46,8 +53,6 @@ ELASTIC = record_type(
 BEARING = record_type(*((name, "i8") for name in ("radial", "law", "steps", "rows")))
 elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
 BEARING_SIZE = BEARING.itemsize
-#: The function for kernels: (array, n) -> its n floats as a tuple.
-as_tuple: Any = ndarray.to_fixed_tuple
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,10 +155,7 @@ def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], e
     """Add matrices and bearings of an elastic shaft to the bodies of its gears and to the rotor of its end, if any."""
     nodes = [node_of(mbs, body) for body in [*bodies.values(), *([] if end is None else [end])]]
     if elastic.further:
-        zeros = [0.0] * elastic.further
-        initial = {f"initialCoordinates{rate}": zeros for rate in ("", "_t")}
-        data = {"referenceCoordinates": zeros, "numberOfODE2Coordinates": elastic.further, **initial}
-        nodes.append(mbs.AddNode(eii.NodeGenericODE2(name=f"{elastic.shaft.name} shapes", **data)))
+        nodes.append(further_node(mbs, f"{elastic.shaft.name} shapes", elastic.further))
     recorder = BodyRecorder(("amplitudes", "rates"), vector_size=len(elastic.amplitude_rows))
     built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
     number = _add_matrices(mbs, nodes, built)
@@ -202,7 +204,7 @@ def _nonlinear(elastic: ElasticShaft) -> _Nonlinear:
 def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     """Add the object with the matrices that bodies lack, the bearings among them, the end free."""
     elastic, recorder = built.elastic, built.recorder
-    n, polar = elastic.size, elastic.polar_matrix.copy()
+    polar = elastic.polar_matrix.copy()
     for i, body in enumerate(inertias_of_bodies(elastic) if elastic.spatial else ()):
         polar[6 * i + 3, 6 * i + 4] -= body.inertia
         polar[6 * i + 4, 6 * i + 3] += body.inertia
@@ -210,8 +212,38 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     for rows, bearing in at_bearings(elastic):
         k = rows.T @ linear_part(bearing, 0.0) @ rows
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
-    nonlinear, room = _nonlinear(elastic), (np.zeros(2 * n), np.zeros(n))
-    spin, arrays = int(elastic.turning[0]), (np.ascontiguousarray(polar), elastic.amplitude_rows, *room)
+    matrices = built.mass_beside(held=False), stiffness, damping, polar
+    spin = int(elastic.turning[0])
+    return add_matrices(
+        mbs,
+        f"{elastic.shaft.name} shaft",
+        nodes,
+        matrices,
+        (spin, elastic.amplitude_rows),
+        recorder,
+        _nonlinear(elastic),
+    )
+
+
+def add_matrices(
+    mbs,
+    name: str,
+    nodes: list[Any],
+    matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    measured_by: tuple[int, np.ndarray],
+    recorder: BodyRecorder,
+    nonlinear: _Nonlinear | None = None,
+) -> int:
+    """Add an object with constant matrices on nodes, which records amplitudes; returns its number.
+
+    matrices      mass, stiffness, damping, and gyroscopic moments per speed, (n, n)
+    measured_by   index of the coordinate whose rate is that speed, and rows (m, n) of the amplitudes
+    nonlinear     bearings of an elastic shaft
+    """
+    (mass, stiffness, damping, polar), (spin, rows), n = matrices, measured_by, len(matrices[0])
+    nonlinear = nonlinear or _Nonlinear([], np.zeros(0, BEARING), [])
+    room = np.zeros(2 * n), np.zeros(n)
+    arrays = np.ascontiguousarray(polar), np.ascontiguousarray(rows), *room
     record = np.zeros(1, ELASTIC)[0]
     record.elastic, record.spin, record.number = recorder.vector_size, spin, len(nonlinear.records)
     record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
@@ -245,9 +277,9 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     function = errors_kept(mbs, elastic_shaft) if nonlinear.bearings else elastic_shaft
     kept_alive = arrays, recorder, nonlinear
     item: Any = eii.ObjectGenericODE2(
-        name=f"{elastic.shaft.name} shaft",
+        name=name,
         nodeNumbers=nodes,
-        massMatrix=built.mass_beside(held=False),
+        massMatrix=mass,
         stiffnessMatrix=stiffness,
         dampingMatrix=damping,
         forceUserFunction=direct(function, kernel, (record, recorder.header), n, pointed_to=kept_alive),
@@ -255,6 +287,14 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     )
     item.visualization["show"] = False
     return mbs.AddObject(item)
+
+
+def further_node(mbs, name: str, size: int) -> int:
+    """Add a node with so many coordinates, all 0; returns its number."""
+    zeros = [0.0] * size
+    initial = {f"initialCoordinates{rate}": zeros for rate in ("", "_t")}
+    data = {"referenceCoordinates": zeros, "numberOfODE2Coordinates": size, **initial}
+    return mbs.AddNode(eii.NodeGenericODE2(name=name, **data))
 
 
 @compiled

@@ -3,11 +3,12 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from math import isfinite
+from math import cos, isfinite, sin
 
 import exudyn.itemInterface as eii
 import numpy as np
 
+from exugear.contact.reference_configuration import is_spatial, state_at_coordinates
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import radial_points
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
@@ -50,6 +51,10 @@ NOT_CARRIED = "turn or pair the bearings so that they press against the load, or
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
 #: Angular frequency of a planet that carries nothing on the spring that makes static solves regular [rad/s].
 WEAK_OMEGA = 1.0
+#: Gap at which a member that carries nothing stands beside teeth without back flanks [m].
+LEAST_GAP = 1e-7
+#: Share of the largest mesh force below which a force is rounding.
+ROUNDING = 1e-9
 #: Iterations for the phases of meshes, and their tolerance [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
@@ -70,8 +75,11 @@ class NoEquilibrium(ValueError, RuntimeError):
     """
 
 
-def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
+def solve_initial_equilibrium(model: Model, conditions: Conditions, lag: float = 0.0) -> None:
     """Put the system into static equilibrium under the torques at the start, all shafts turning at their ratios.
+
+    lag   of the velocities of the integrator [s^2] (`Rule.lag`): those of orbiting planets start with it, without which
+          they begin to vibrate
 
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
@@ -86,11 +94,10 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
         inertia = f"it includes inertia torques at {acceleration:.4g} rad/s^2"
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered.any() else ""
         raise NoEquilibrium(f"{error}{remedy}") from None
+    unloaded: list[str] = []
     if _needs_static_solve(model):
-        unloaded: list[str] = []
         if model.gearbox.planets:
-            torques = _torques_at_start(model, conditions, motion_of(model, considered))
-            q, unloaded = _shared_among_planets(model, q, conditions, torques)
+            q, unloaded = _shared_among_planets(model, q, conditions, considered)
             q = turned_with_carriers(model, q)
         torques = _torques_at_start(model, conditions, rigid_motion(model, q, considered))
         torques = {i: x for i, x in torques.items() if i not in [model.spins[name] for name in unloaded]}
@@ -98,9 +105,13 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
             q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speeds))
     velocities = rigid_motion(model, q, conditions.initial_speeds)
     system.SetODE2Coordinates(q, INITIAL)
-    system.SetODE2Coordinates_t(velocities, INITIAL)
     centripetal = velocities_by_turning(model, velocities, speeds)
-    system.SetODE2Coordinates_tt(rigid_motion(model, q, accelerations) + centripetal, INITIAL)
+    system.SetODE2Coordinates_t(velocities + lag * velocities_by_turning(model, centripetal, speeds), INITIAL)
+    at_start = rigid_motion(model, q, accelerations) + centripetal
+    for name in unloaded:
+        drag = conditions.initial_drags[[shaft.name for shaft in model.gearbox.shafts].index(name)]
+        at_start[model.spins[name]] = drag / model.gearbox.body_inertias[name]
+    system.SetODE2Coordinates_tt(at_start, INITIAL)
 
 
 def _inertia_matters(model: Model, conditions: Conditions) -> bool:
@@ -153,20 +164,23 @@ def _loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.
 
 
 def _shared_among_planets(
-    model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]
+    model: Model, q: np.ndarray, conditions: Conditions, accelerations: np.ndarray
 ) -> tuple[np.ndarray, list[str]]:
-    """Coordinates in linear equilibrium near q: displaced pins shift load, which equal mesh forces leave out.
+    """Coordinates in equilibrium near q: displaced pins shift load, which equal mesh forces leave out.
 
-    torques   inertia torques and drags [N m] on spins, by their indices
+    accelerations   (n_shaft,) of the shafts [rad/s^2], whose inertia torques decide which flanks carry, too
 
-    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Also returns
-    the names of planets that carry nothing, each turned to the middle between the gears that it meshes with.
+    Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Where planets
+    move on pins, or turn about axes that lie beside their carrier's, the deflections of the next iteration are those at
+    the coordinates of this one: to first order alone they miss more than light loads press.
+
+    Also returns the names of planets, and of other members beside pins, that carry nothing, each turned to the middle
+    between the gears that it meshes with.
     """
-    box, rows = model.gearbox, np.array([mesh.row for mesh in model.meshes])
-    forces = forces_of_motion(box, conditions.initial_torques, 0.0, conditions.anchors)
-    contacts = [_secant(model, mesh, force, q) for mesh, force in zip(model.meshes, forces.tolist(), strict=True)]
-    touches, secants = np.array(contacts).T
-    sides = np.sign(forces)
+    box = model.gearbox
+    torques = _torques_at_start(model, conditions, motion_of(model, accelerations))
+    applied = conditions.initial_torques + conditions.initial_drags
+    forces = forces_of_motion(box, applied, accelerations, conditions.anchors)
     loads = np.zeros(q.size)
     for end in conditions.ends:
         loads[model.turning[end.body]] += conditions.initial_torque(end)
@@ -176,30 +190,46 @@ def _shared_among_planets(
     rolling = [pin_coordinates(model, pin) for pin in model.pins if pin.law is not None]
     for (part, n), pin in zip(rolling, [pin for pin in model.pins if pin.law is not None], strict=True):
         stiffness[np.ix_(part, part)] -= pin_matrices(pin, np.zeros(len(part)).tolist(), n, 0.0)[0]
-    reference = np.array([mesh.reference_deflection for mesh in model.meshes]) - touches
     standing = [*(end_coordinate(model, name) for name in conditions.anchors), *held_by_joints(model)]
     free = np.setdiff1d(np.arange(q.size), standing)
-    pressed = forces != 0
-    for _ in model.meshes:
-        springs = np.where(pressed, secants, 0.0)
-        total = stiffness + rows.T @ (springs[:, None] * rows)
-        on_all = loads - rows.T @ (springs * reference)
-        loaded = q.copy()
-        if rolling:
-            loaded = _minimum(model, q, free, total, on_all)
-        else:
-            loaded[free] += np.linalg.lstsq(total[np.ix_(free, free)], (on_all - total @ q)[free])[0]
-        pulling = pressed & (sides * (reference + rows @ loaded) < 0)
-        if not pulling.any():
-            q = loaded
+    sides, openings = np.sign(forces), np.array([mesh.opening for mesh in model.meshes])
+    rows = np.array([_row_of_flank(model, mesh, side) for mesh, side in zip(model.meshes, sides, strict=True)])
+    driving = np.array([mesh.reference_deflection for mesh in model.meshes])
+    loaded = np.abs(forces) > ROUNDING * np.abs(forces).max()
+    pressed = loaded.copy()
+    by_position = bool(model.pins) or any(mesh.frame.fixed.any() for mesh in model.meshes)
+    for _ in range(ITERATIONS if by_position else 1):
+        before = q
+        contacts = [_secant(model, *each, q) for each in zip(model.meshes, forces.tolist(), openings, strict=True)]
+        touches, secants = np.array(contacts).T
+        reference = driving - touches
+        for _ in model.meshes:
+            springs = np.where(pressed, secants, 0.0)
+            total = stiffness + rows.T @ (springs[:, None] * rows)
+            on_all, moved = loads - rows.T @ (springs * reference), q.copy()
+            if rolling:
+                moved = _minimum(model, q, free, total, on_all)
+            else:
+                moved[free] += np.linalg.lstsq(total[np.ix_(free, free)], (on_all - total @ q)[free])[0]
+            pulling = pressed & (sides * (reference + rows @ moved) < 0)
+            if not pulling.any():
+                q = moved
+                break
+            pressed &= ~pulling
+        forces = np.where(pressed, springs * (reference + rows @ q), forces)
+        if not by_position or np.abs(q - before).max() < CONVERGED + 2 * np.spacing(np.abs(q).max()):
             break
-        pressed &= ~pulling
-    relieved = (forces != 0) & ~pressed
-    unloaded = [name for name in box.planets if relieved[_meshes_of(model, name)].all()]
+        states = [_state_at(model, mesh, turned_with_carriers(model, q)) for mesh in model.meshes]
+        driving, openings = np.array([(deflection, opening) for deflection, opening, _ in states]).T
+        driving = driving - rows @ q
+    open_meshes = ~pressed & (loaded | bool(model.pins))
+    members = [x.name for x in box.shafts if x.name in box.planets or (model.pins and not x.rotors)]
+    idle = [name for name in members if name not in (*conditions.anchors, *box.reaction_members)]
+    unloaded = [name for name in idle if (of_member := _meshes_of(model, name)) and open_meshes[of_member].all()]
     for name in unloaded:
-        spin, of_planet = model.spins[name], rows[_meshes_of(model, name)]
-        advances = reference[_meshes_of(model, name)] + of_planet @ q
-        q[spin] -= of_planet[:, spin] @ advances / (of_planet[:, spin] @ of_planet[:, spin])
+        of_member = _meshes_of(model, name)
+        limits = [(model.meshes[i].law.backlash + 2 * openings[i], driving[i] + rows[i] @ q) for i in of_member]
+        q[model.spins[name]] += _middle_of_gaps(limits, rows[of_member, model.spins[name]])
     return q, unloaded
 
 
@@ -233,6 +263,53 @@ def _minimum(model: Model, q: np.ndarray, free: np.ndarray, linear: np.ndarray, 
         if np.abs(step).max() <= SMALLEST_STEP:
             break
     return q
+
+
+def _row_of_flank(model: Model, mesh: Mesh, side: float) -> np.ndarray:
+    """(n,) slopes of the advance by which the flank of a side is pressed; of back flanks a smaller distance presses."""
+    row, frame = mesh.row.copy(), mesh.frame
+    if side >= 0 or not is_spatial(frame):
+        return row
+    by_distance = 2 * sin(mesh.stage.pair.alpha_wt)
+    for sense, shaft in ((-1, mesh.stage.fast), (1, mesh.stage.slow)):
+        components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, mesh.stage, shaft)
+        if len(components) > 1:
+            x = spin - len(components) + 1
+            row[x : x + 2] += sense * by_distance * np.array([frame.e_x, frame.e_y])
+    return row
+
+
+def _middle_of_gaps(limits: Sequence[tuple[float, float]], slopes: np.ndarray) -> float:
+    """Angle [rad] by which a member turns to the middle of what its open teeth leave it.
+
+    limits   gap between the flanks and deflection of the driving one of each mesh [m]
+    slopes   of the deflections by the angle [m/rad]
+    """
+    ends = [
+        sorted([-deflection / slope, (-gap - deflection) / slope])
+        for (gap, deflection), slope in zip(limits, slopes.tolist(), strict=True)
+    ]
+    low, high = max(end[0] for end in ends), min(end[1] for end in ends)
+    if isfinite(low) and isfinite(high):
+        return (low + high) / 2
+    apart = LEAST_GAP / float(np.abs(slopes).max())
+    return high - apart if isfinite(high) else low + apart
+
+
+def _state_at(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[float, float, float]:
+    """Deflection of the driving flank, opening of either [m] and phase of a mesh at coordinates q (n,)."""
+    stage, on_bodies = mesh.stage, np.zeros((2, 6))
+    for six, shaft in zip(on_bodies, (stage.fast, stage.slow), strict=True):
+        components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, stage, shaft)
+        six[components] = q[spin - len(components) + 1 : spin + 1]
+    if stage.carrier and mesh.frame.fixed.any():
+        turned = q[model.spins[stage.carrier.name]]
+        on_bodies[:, 5] -= turned
+        back = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
+        on_bodies[:, :2] += mesh.frame.fixed @ back - mesh.frame.fixed
+    if is_spatial(mesh.frame):
+        return state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
+    return mesh.reference_deflection + mesh.row @ q, mesh.opening, 0.0
 
 
 def _meshes_of(model: Model, name: str) -> list[int]:
@@ -275,10 +352,13 @@ def _added(model: Model, items: Sequence[eii.ObjectGenericODE2]) -> Iterator[Non
             mbs.Assemble()
 
 
-def _secant(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> tuple[float, float]:
-    """Deflection [m] at which the flank that a force [N] presses begins to touch, and secant stiffness [N/m]."""
-    deflection = _deflection(model, mesh, force, q)
-    touch = 0.0 if force >= 0 or not isfinite(mesh.law.backlash) else -mesh.law.backlash - 2 * mesh.opening
+def _secant(model: Model, mesh: Mesh, force: float, opening: float, q: np.ndarray) -> tuple[float, float]:
+    """Deflection [m] at which the flank that a force [N] presses begins to touch, and secant stiffness [N/m].
+
+    opening   of either flank [m]
+    """
+    deflection = _deflection(model, mesh, force, q) + (2 * (mesh.opening - opening) if force < 0 else 0.0)
+    touch = 0.0 if force >= 0 or not isfinite(mesh.law.backlash) else -mesh.law.backlash - 2 * opening
     pressed = deflection - touch
     return touch, force / pressed if pressed else 0.0
 

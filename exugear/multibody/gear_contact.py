@@ -24,6 +24,7 @@ from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.contact_kernels import kernel_of
 from exugear.multibody.contact_tangent import ContactTangent, HeldContact, contact_tangent, spring_matrix
 from exugear.multibody.direct_call import direct
+from exugear.multibody.elastic_rings import RingInMesh
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.user_function_errors import errors_kept, stopped
@@ -145,31 +146,45 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     return frame_between(pair, phase, direction, (pinion, wheel))
 
 
-def add_contact(mbs, name: str, items, records: Records, recorder: Recorder, pair: GearPair | RingPair) -> int:
-    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`)."""
+def add_contact(
+    mbs,
+    name: str,
+    items,
+    records: Records,
+    recorder: Recorder,
+    pair: GearPair | RingPair,
+    ring: RingInMesh | None = None,
+) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`).
+
+    ring   elastic one, whose amplitudes follow the coordinates of the bodies
+    """
     contacts = contacts_of(mbs)
     shared = [i for i, contact in contacts.items() if contact.recorder is recorder]
     remedy = "pass each contact a recorder of its own"
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
-    nodes = [node_of(mbs, item) for item in items]
+    nodes = [*(node_of(mbs, item) for item in items), *([ring.node] if ring else [])]
     kinds = tuple(kind_of(mbs, item) for item in items)
     kernel = kernel_of(kinds, records[1], rubs=records[3] is not None)
-    functions = user_functions(mbs, nodes, ContactCopy(kernel, records, kinds), records, recorder)
+    functions = user_functions(mbs, nodes, ContactCopy(kernel, records, kinds), records, (recorder, ring))
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, **functions)
     item.visualization["show"] = False
     number = mbs.AddObject(item)
-    contact = StoredContact(kernel, records, kinds, recorder, mbs.GetObject(number)[FUNCTION], pair)
+    contact = StoredContact(kernel, records, kinds, recorder, mbs.GetObject(number)[FUNCTION], pair, ring)
     mbs.variables[CONTACTS] = [*contacts.values(), contact]
     return number
 
 
-def user_functions(mbs, nodes, copy: "ContactCopy", records: Records, recorder: Recorder) -> dict[str, Callable]:
+def user_functions(
+    mbs, nodes, copy: "ContactCopy", records: Records, beside: tuple[Recorder, RingInMesh | None]
+) -> dict[str, Callable]:
     """Force and Jacobian of a contact for Exudyn, by their names; the former called without Python where that works.
 
-    copy   of the contact, for its Jacobian
+    copy     of the contact, for its Jacobian
+    beside   recorder and elastic ring, which live as long as the functions
     """
     table, frame, state, _ = records
-    kernel, all_records = copy.kernel, (*records, recorder.header)
+    kernel, all_records = copy.kernel, (*records, beside[0].header)
     evaluate = partial(kernel, *map(address_of, all_records))
     sizes = [len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
 
@@ -188,7 +203,7 @@ def user_functions(mbs, nodes, copy: "ContactCopy", records: Records, recorder: 
             note_matrix(state, frame, matrix, sizes)
         return matrix
 
-    function = direct(errors_kept(mbs, gear_contact), kernel, all_records, sum(sizes), pointed_to=recorder)
+    function = direct(errors_kept(mbs, gear_contact), kernel, all_records, sum(sizes), pointed_to=beside)
     return {FUNCTION: function, "jacobianUserFunction": errors_kept(mbs, gear_jacobian)}
 
 
@@ -242,6 +257,7 @@ class StoredContact(NamedTuple):
     recorder   of the contact
     function   that Exudyn calls, as mbs.GetObject returns it
     pair       of the contact
+    ring       elastic one whose amplitudes it shares, or None
     """
 
     kernel: Any
@@ -250,6 +266,7 @@ class StoredContact(NamedTuple):
     recorder: Recorder
     function: Any
     pair: GearPair | RingPair
+    ring: RingInMesh | None
 
 
 def contacts_of(mbs) -> dict[int, StoredContact]:

@@ -19,6 +19,7 @@ from math import isinf
 import exudyn as exu
 
 from exugear.multibody.gear_contact import StoredContact, contacts_of, known_contacts
+from exugear.multibody.model import REST
 from exugear.multibody.turns import turn_with
 from exugear.multibody.user_function_errors import user_errors_raised
 from fem.support.user_warning import warn_user
@@ -62,12 +63,23 @@ def report_open_contacts(mbs) -> None:
         if never_closed(contact):
             _, frame, state, *_ = contact.records
             state.closed = 1.0
-            sense = "counter-clockwise" if frame.direction > 0 else "clockwise"
             name = mbs.GetObject(number)["name"]
-            cause = f"its direction is {frame.direction:+.0f}, so that it closes where the pinion pushes {sense}"
-            remedy = f"pass direction={-frame.direction:+.0f}, or a finite backlash if it may be loaded either way"
-            never = f"the teeth of gear contact {number} ({name!r}) never touched"
-            warn_user(f"{never}; {cause}; {remedy}")
+            warn_user(_of_stage(name) if REST in mbs.variables else _of_contact(number, name, frame.direction))
+
+
+def _of_stage(name: str) -> str:
+    """Why the teeth of a stage of a built gearbox may never touch, with the remedy."""
+    cause = "of a set a planet whose pin or teeth stand back with the force on it carries nothing, the others do"
+    remedy = "raise the load, or pass a finite backlash if the stage may be loaded either way"
+    return f"the teeth of stage {name!r} never touched, it carried no load: {cause}; {remedy}"
+
+
+def _of_contact(number: int, name: str, direction: float) -> str:
+    """Why the teeth of a contact of a system built by hand may never touch, with the remedy."""
+    sense = "counter-clockwise" if direction > 0 else "clockwise"
+    cause = f"its direction is {direction:+.0f}, so that it closes where the pinion pushes {sense}"
+    remedy = f"pass direction={-direction:+.0f}, or a finite backlash if it may be loaded either way"
+    return f"the teeth of gear contact {number} ({name!r}) never touched; {cause}; {remedy}"
 
 
 def _guarded(method: Callable, *, solves: bool) -> Callable:

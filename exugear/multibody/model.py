@@ -18,6 +18,7 @@ from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import call_path
+from exugear.multibody.elastic_rings import BuiltRing
 from exugear.multibody.elastic_shafts import BuiltShaft, set_held
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
@@ -91,6 +92,7 @@ class BuiltSystem:
     end_markers     of each shaft: marker on the spin that drive or load acts on, of a rotor if there is a coupling
     pins            of the planets that move in the plane
     elastics        of the elastic shafts: their bodies and coordinates
+    rings           of the elastic rings, by the names of their shafts: their amplitudes
     drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
                     solved both may be out of the system (`exugear.multibody.drive_and_load`)
     further_drives  object numbers of the constraints for further speeds that a gearbox leaves free
@@ -110,6 +112,7 @@ class BuiltSystem:
     pins: tuple[Pin, ...]
     further_drives: tuple[int, ...]
     elastics: Mapping[str, BuiltShaft]
+    rings: Mapping[str, BuiltRing]
 
     @property
     def drives(self) -> tuple[int, ...]:
@@ -310,6 +313,9 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
             displacements = slice(spin - len(components), spin)
             by_displacement[components] = on_body(system, built.stage, shaft, train.stiffness @ accelerations)
             holding = holding - forces_on_bodies[:, displacements] @ accelerations[displacements] / mobility
+    if built.stage.slow.name in system.rings:
+        amplitudes = system.rings[built.stage.slow.name].indices
+        holding = holding - forces_on_bodies[:, amplitudes] @ accelerations[amplitudes] / mobility
     of_stage = {field.name: getattr(built, field.name) for field in fields(BuiltMesh)} | {"row": train.rows[i]}
     return Mesh(
         **of_stage,

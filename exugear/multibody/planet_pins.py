@@ -13,6 +13,9 @@ work, and their moments balance. In the plane z and n do not move, and d_r is al
 A rolling bearing has the energy of its law instead, of d and z by their components along the pin's radius e, across it
 f and along it n: U(d.e, d.f, d.n, -z.f, z.e). These do not change as all turns with the carrier, so that its moments
 balance likewise.
+
+Velocities v of the integrator exceed the true ones by their second derivative times its lag, of an orbit by
+-omega^2 lag v: the damper takes (1 + lag omega^2) v. Without that it would brake the orbit.
 """
 
 from collections.abc import Sequence
@@ -42,12 +45,13 @@ from fem.support.validation import require
 #: of the carrier; vector from the carrier's to the planet's centre in the reference configuration [m]; tilts of both
 #: there [rad]. Radial, axial, tilting and coupling stiffness [N/m, N/m, N m/rad, N/rad] and damping, as often times s.
 #: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
-#: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. Address of the law
-#: of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one.
+#: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. lag: of the
+#: velocities of the integrator [s^2] (`exugear.planning.integrator_and_step.Rule.lag`).
+#: Address of the law of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one.
 PIN = record_type(
     *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
     *(("carrier_tilts", "f8", 2), ("planet_tilts", "f8", 2), ("stiffness", "f8", 4), ("damping", "f8", 4)),
-    *(("torque", "f8"), ("inertia", "f8"), ("imposed", "i8"), ("law", "i8")),
+    *(("torque", "f8"), ("inertia", "f8"), ("imposed", "i8"), ("lag", "f8"), ("law", "i8")),
 )
 pin_at = reader(PIN)
 #: Deflection along and across the pin's radius, along the pin, and tilts about the first two, in the carrier's frame
@@ -181,7 +185,8 @@ def pin_forces(pin, t, recorder, carrier, planet):
     rho_x, rho_y = c * x - s * y, s * x + c * y
     d_x, d_y = p_x - c_x + (x - rho_x), p_y - c_y + (y - rho_y)
     arm_x, arm_y = rho_x + d_x, rho_y + d_y
-    w_x, w_y = vp_x - vc_x + omega * arm_y, vp_y - vc_y - omega * arm_x
+    true = 1.0 + pin.lag * omega * omega
+    w_x, w_y = true * (vp_x - vc_x) + omega * arm_y, true * (vp_y - vc_y) - omega * arm_x
     e_x, e_y = pin.stiffness[0] * d_x, pin.stiffness[0] * d_y
     f_x, f_y = pin.damping[0] * w_x, pin.damping[0] * w_y
     torque = rho_x * e_y - rho_y * e_x + arm_x * f_y - arm_y * f_x
@@ -240,7 +245,8 @@ def pin_forces_in_space(pin, t, recorder, carrier, planet):
     rho, n = times(attitude, vector_of(pin.position)), times(attitude, vector_of(pin.axes[2]))
     arm = total(vector_of(pin.between), less(vector_of(q_p), vector_of(q_c)))
     d, turning = less(arm, rho), less(omega_p, omega)
-    w = less(less(vector_of(v_p), vector_of(v_c)), cross(omega, arm))
+    true = 1.0 + pin.lag * dot(omega, omega)
+    w = less(scaled(true, less(vector_of(v_p), vector_of(v_c))), cross(omega, arm))
     u = cross(turning, z)
     along, across = times(attitude, vector_of(pin.axes[0])), times(attitude, vector_of(pin.axes[1]))
     deflections = dot(d, along), dot(d, across), dot(d, n), -dot(z, across), dot(z, along)

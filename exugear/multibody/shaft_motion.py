@@ -260,9 +260,25 @@ def _reactions(model: Model) -> dict[str, Any]:
         return {}
     about = {"units": "N m", "long_name": "torque of the housing on the held shaft, about z"}
     torques = rows([
-        -mesh_torque(model, shaft) if shaft.name in box.held else _support_torque(model, shaft) for shaft in held
+        _torque_of_housing(model, shaft) if shaft.name in box.held else _support_torque(model, shaft) for shaft in held
     ])  # fmt: skip
     return {"reaction_torque": (("held_end", "time"), torques, about), "held_end": [shaft.name for shaft in held]}
+
+
+def _torque_of_housing(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of the housing on a held shaft about z [N m]; elastic rings turn on their supports."""
+    torque = -mesh_torque(model, shaft)
+    if ring := model.rings.get(shaft.name):
+        meshes = [(i, mesh) for i, mesh in enumerate(model.meshes) if mesh.stage.slow.name == shaft.name]
+        acting = []
+        for number, mesh in meshes:
+            pitch = 2 * np.pi / abs(mesh.stage.pair.wheel.z)
+            start = model.gearbox.ring_angles[number] - pitch * model.gearbox.phases[number]
+            acting.append((mesh.recorder.force, start + pitch * mesh.recorder.phase))
+        accelerations = ring.elastic.accelerations(*ring.motion(torque.size), acting)
+        sense = model.gearbox.flank_senses[meshes[0][0]]
+        torque -= sense * (accelerations @ ring.elastic.modes["turning"].values)
+    return torque
 
 
 def rows(arrays: list[np.ndarray]) -> np.ndarray:

@@ -69,6 +69,7 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     fixed = {name: static[name] for name in alike if name not in moving}
     reduced = law.at(**fixed)
     pitches = f" of {law.pitches} pitches ({reduced.table.nbytes / 1e6:.3g} MB)" if law.pitches > 1 else ""
+    pitches += composed_words(law)
     lines = ["map over " + ", ".join([f"phase{pitches}", "force", *(AXIS_NAMES[name] for name in reduced.offsets)])]
     lines += [f"{AXIS_NAMES[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
     lines += [f"{AXIS_NAMES[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
@@ -78,6 +79,22 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
         )
     lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return reduced, "; ".join(lines)
+
+
+def composed_words(law: MeshForce) -> str:
+    """How a law over a long period is composed, and its error; "" where its table holds all pitches."""
+    if law.teeth is None:
+        return ""
+    alike = law.teeth.error_rms != law.teeth.error_rms
+    errors = (
+        "error not checked"
+        if alike
+        else (
+            f"error {law.teeth.error_rms / um:.2g} um rms, at most {law.teeth.error / um:.2g} um in states solved whole"
+        )
+    )
+    tabulated = 1.6e6 * law.pitches * (2 if law.table.head.has_centroid else 1)
+    return f" composed of single tooth pairs, {errors} (a table of all pitches would have {tabulated / 1e6:.4g} MB)"
 
 
 def displacement_in_housing(gearbox: Gearbox, stage: Stage) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from exugear.gearbox.gearbox import Gearbox
 from exugear.planning.coordinates import Coordinates
+from exugear.planning.ring_words import words_of_ring
 
 
 def stages_of_sets(gearbox: Gearbox) -> dict[str, tuple[str, ...]]:
@@ -30,7 +31,8 @@ def words_of_sets(gearbox: Gearbox, kinds: Mapping[str, Coordinates]) -> dict[st
             _words_of_planets(planets, kinds),
             _words_of_members(members, kinds),
             *_words_of_phases(gearbox, carrier),
-            "skipped: bending of carrier and ring between the planets, which the maps of single meshes do not hold",
+            *[words_of_ring(of_set) for of_set in gearbox.sets if of_set.carrier.name == carrier],
+            "skipped: bending of the carrier",
         ])  # fmt: skip
     return words
 

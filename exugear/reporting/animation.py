@@ -1,7 +1,7 @@
-"""Animations: the deformed gears of a pair over the mesh cycle, and a mode of vibration."""
+"""Animations: the deformed gears of a pair over the mesh cycle, a mode of vibration, and a gearbox that turns."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 from pathlib import Path
 
@@ -11,9 +11,12 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from exugear.multibody.model import Model
 from exugear.plots.figures import add_axes
 from exugear.plots.mode_plots import plot_modes
 from exugear.plots.stress_plots import draw_field, plot_field, plot_outlines
+from exugear.reporting.viewer import draw as draw_model
+from exugear.reporting.viewer import picture, shown_at
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.stress.cycle_fields import cycle_fields
@@ -23,7 +26,7 @@ from fem.support.progress import bar, shown
 from fem.support.validation import require
 from fem.units import MPa, mm
 
-__all__ = ["animate_mode", "animate_pair"]
+__all__ = ["animate_gearbox", "animate_mode", "animate_pair"]
 
 #: Displacement of the flanks as it is shown by default [modules]; half height of the view [modules].
 SHOWN_DEFLECTION, VIEW = 0.1, 3.4
@@ -118,6 +121,59 @@ def animate_mode(
         return _film(figure, draw, frames, path, writer)
 
 
+@checked
+def animate_gearbox(
+    model: Model,
+    path: FilePath,
+    *,
+    turn: Finite | None = None,
+    frames: int = 24,
+    fps: Finite = 12.0,
+    size: Sequence[int] = (900, 600),
+    rotation: Sequence[float] = (0.4, 0.6, 0.0),
+    zoom: float = 0.92,
+    progress: bool = True,
+) -> Path:
+    """Film of a gearbox whose gears turn in mesh, with planets that orbit, as `exugear.draw` and `picture` show it.
+
+    turn     angle of the driving shaft from the first frame to one beyond the last [rad]; by default the first carrier
+             turns from each of its planets to the next one, without a carrier the driving shaft once
+    frames   number of frames, at least 4; a frame takes a second or two
+    fps      frames per second
+    size, rotation, zoom
+             as of `exugear.picture`
+
+    The train turns at its nominal ratios, without vibration. Returns the path. Raises ValueError for bad input and MP4
+    without ffmpeg.
+    """
+    path, writer = Path(path), _writer(path, fps)
+    require(4 <= frames <= 1000, f"frames must lie in [4, 1000], got {frames}")
+    turn = _turn_of(model) if turn is None else turn
+    require(turn != 0 and abs(turn) < inf, f"turn must be an angle other than 0 [rad], got {turn:g}")
+    draw_model(model)
+    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI))
+    ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+
+    def draw(frame: int) -> None:
+        _clear(ax)
+        with shown_at(model, turn * frame / frames):
+            ax.imshow(picture(model, size=size, rotation=rotation, zoom=zoom))
+        ax.set_axis_off()
+
+    with shown(progress):
+        return _film(figure, draw, frames, path, writer)
+
+
+def _turn_of(model: Model) -> float:
+    """Angle of the driving shaft [rad] in which the first carrier that turns passes the angle between two planets."""
+    box = model.gearbox
+    for carrier in {shaft.name: shaft for shaft in box.planets.values()}:
+        planets = sum(shaft.name == carrier for shaft in box.planets.values())
+        if ratio := float(box.ratios[carrier]):
+            return 2 * np.pi / planets / abs(ratio)
+    return 2 * np.pi
+
+
 def _magnification(fields: list[tuple[Field, Field]], shown: float) -> float:
     """Magnification, of one digit, by which the largest displacement is shown as about so large [m]."""
     largest = max(
@@ -139,7 +195,7 @@ def _writer(path: FilePath, fps: float) -> AbstractMovieWriter:
 
 def _clear(ax: Axes) -> None:
     """Remove all artists of axes, which keep their limits, title and labels."""
-    for artist in [*ax.collections, *ax.lines, *ax.patches, *ax.texts]:
+    for artist in [*ax.collections, *ax.lines, *ax.patches, *ax.texts, *ax.images]:
         artist.remove()
 
 

@@ -8,6 +8,7 @@ import xarray as xr
 
 from exugear.gearbox.planetary import EVEN
 from exugear.gearbox.planetary_phases import effect_of_harmonics, hunting, meshing_sequence, phase_sums
+from exugear.gearbox.side_band_lines import side_band_lines
 from exugear.load_factors.planet_shares import planet_shares
 from exugear.plots.figures import figure
 from exugear.plots.run_plots import plot_orbit
@@ -18,7 +19,8 @@ from exugear.plots.set_plots import (
     plot_side_bands,
 )
 from exugear.reporting.document import Figure, Section, Table, embedded
-from exugear.running.set_data import SetData, planetary_sets
+from exugear.running.ring_variables import ring_of_run
+from exugear.running.set_data import SetData, carriers_of_run, planetary_sets
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.side_bands import force_seen_from_ring, lines_of
 from exugear.signals.signal import speed_of_shaft
@@ -30,13 +32,85 @@ SUMS, HARMONICS = 6, 2
 CONSTANT, TURNS = 1e-3, 6.0
 #: Lowest level of a side band in the table [dB].
 LOWEST = -60.0
+#: Share of the largest mean force below which a member carries no load.
+UNLOADED = 1e-3
 #: Side bands on either side, beyond the number of planets.
 BESIDE = 2
 
 
 def set_sections(data: xr.Dataset) -> list[Section]:
-    """A section for each planetary set of a run that has one sun and one ring."""
-    return [_section(data, of_set) for of_set in planetary_sets(data)]
+    """A section for each planetary set of a run: of one sun and one ring, or of any meshes on a carrier."""
+    sets = planetary_sets(data)
+    coupled = [carrier for carrier in carriers_of_run(data) if carrier not in [x.carrier for x in sets]]
+    return [_section(data, of_set) for of_set in sets] + [_coupled_section(data, carrier) for carrier in coupled]
+
+
+def _coupled_section(data: xr.Dataset, carrier: str) -> Section:
+    """Section of a set whose planets mesh with one another, or with several suns or rings, as that of Ravigneaux."""
+    on_carrier = [x for x in data["stage"].values.tolist() if data.attrs.get(f"{x}_carrier") == carrier]
+    of_carrier = data.sel(stage=on_carrier)
+    planets = list(dict.fromkeys(of_carrier["planet"].values.tolist()))
+    members = [x for x in dict.fromkeys(of_carrier["member"].values.tolist()) if x not in planets]
+    carried = {name: planet_shares(of_carrier, member=name) for name in members}
+    forces = {
+        name: float(np.abs(of_carrier["mesh_force"].values[of_carrier["member"].values == name]).mean())
+        for name in members
+    }
+    loaded = {name: shares for name, shares in carried.items() if forces[name] > UNLOADED * max(forces.values())}
+    sentences = [
+        f"Load sharing at {name}: K_γ {float(shares['K_gamma']):.4g}."
+        if name in loaded
+        else f"The meshes with {name} carry no load."
+        for name, shares in carried.items()
+    ]
+    figures = []
+    if loaded:
+        drawing = _wide(len(loaded))
+        for ax, (name, shares) in zip(drawing.axes, loaded.items(), strict=True):
+            plot_planet_shares(shares, ax).set_title(name)
+        figures = [embedded(drawing, "Shares of the planets in the mesh forces of each member, and mesh load factors.")]
+    tables = _members_of_carrier(of_carrier, carrier, members, planets), _meshes_of_carrier(of_carrier)
+    return Section(f"Coupled planetary set on {carrier}", tuple(sentences), tables, tuple(figures))
+
+
+def _members_of_carrier(data: xr.Dataset, carrier: str, members: list[str], planets: list[str]) -> Table:
+    """Teeth, speeds and external torques of all shafts of a set; data: of its stages."""
+    teeth: dict[str, dict[int, None]] = {}
+    for label, planet, member in zip(*(data[x].values.tolist() for x in ("stage", "planet", "member")), strict=True):
+        z = [int(data.attrs[f"{label}_{gear}_z"]) for gear in ("pinion", "wheel")]
+        ends = (member, planet) if label.startswith(f"{member}-") else (planet, member)
+        for name, of_gear in zip(ends, z, strict=True):
+            teeth.setdefault(name, {})[of_gear] = None
+    torques, rows = _torques(data), []
+    for name in (carrier, *members, *planets):
+        z = list(teeth.get(name, ()))
+        kinds = {carrier: "carrier"} | dict.fromkeys(planets, "planet")
+        role = kinds.get(name, "ring" if z and min(z) < 0 else "sun")
+        speed = f"{speed_of_shaft(data, 'shaft', name).mean() / rpm:.5g}" if _known(data, name) else "not recorded"
+        torque = f"{torques[name]:.5g}" if name in torques else "none"
+        ratio = f"{float(data.attrs[f'{name}_speed_ratio']):.6g}"
+        rows.append((role, name, " and ".join(map(str, z)), ratio, speed, torque))
+    columns = "member", "shaft", "teeth", "speed / driving shaft", "mean speed [rpm]", "mean external torque [N m]"
+    return Table("Members of the set, speeds and torques about z", columns, tuple(rows))
+
+
+def _meshes_of_carrier(data: xr.Dataset) -> Table:
+    """Phase, mean force and mesh frequency of every mesh of a set; data: of its stages."""
+    rows = []
+    for label in data["stage"].values.tolist():
+        mesh, phase = data.sel(stage=label), float(data.attrs.get(f"{label}_phase", np.nan)) % 1
+        force, frequency = (float(mesh[name].mean()) for name in ("mesh_force", "mesh_frequency"))
+        rows.append(
+            (
+                label,
+                f"{phase:.4f}",
+                f"{force:.5g}",
+                f"{float(np.ptp(mesh['mesh_force'].values)):.4g}",
+                f"{frequency:.5g}",
+            )
+        )
+    columns = "mesh", "phase [pitch]", "mean force [N]", "peak to peak [N]", "mean mesh frequency [Hz]"
+    return Table("Meshes of the set", columns, tuple(rows))
 
 
 def _section(data: xr.Dataset, of_set: SetData) -> Section:
@@ -45,6 +119,7 @@ def _section(data: xr.Dataset, of_set: SetData) -> Section:
     orbits = [name for name in (of_set.sun, of_set.ring, of_set.carrier) if told and _moves(data, name)]
     items = (*_phasing(of_set), *_sharing(data, of_set), *(_orbit(data, name) for name in orbits), _note(data))
     tables = [_members(data, of_set), _phases(data, of_set), _sums(of_set), *([_lines(lines)] if lines else [])]
+    tables.append(_ring_modes(data, of_set.ring))
     figures = [_phase_figure(of_set), _share_figure(data, of_set)]
     figures += [_orbit_figure(data, orbits)] if orbits else []
     figures += [_line_figure(lines)] if lines else []
@@ -151,6 +226,23 @@ def _phases(data: xr.Dataset, of_set: SetData) -> Table:
     return Table("Phases of the meshes and load sharing", ("planet", "angle [°]", *phase, *share), tuple(rows))
 
 
+def _ring_modes(data: xr.Dataset, ring: str) -> Table:
+    """Modes of the rim of an elastic ring with what they do in the run; no rows of another ring."""
+    columns = "mode", "lobes", "frequency [Hz]", "damping ratio", "mean radial [µm]", "rms about it [µm]"
+    rows: list[tuple[str, ...]] = []
+    if elastic := ring_of_run(data, ring):
+        modes, (_, of_ring) = elastic[0].modes, elastic
+        radial = np.sqrt(np.mean(modes["radial"].values ** 2, axis=1))
+        amplitude = of_ring["ring_amplitude"].transpose("time", ...).values
+        means, swings = np.abs(amplitude.mean(axis=0)) * radial / um, amplitude.std(axis=0) * radial / um
+        listed = zip(modes["lobes"].values, modes["frequency"].values, means, swings, strict=True)
+        ratio = f"{elastic[0].damping_ratio:g}"
+        for i, (lobes, frequency, mean, swing) in enumerate(listed, start=1):
+            rows.append((str(i), f"{lobes:g}", f"{frequency:.5g}", ratio, f"{mean:.3g}", f"{swing:.3g}"))
+    title = "Modes of the ring on its supports: radial displacement of its rim, rms around it"
+    return Table(title, columns, tuple(rows))
+
+
 def _sums(of_set: SetData) -> Table:
     """Sums over the planets by mesh harmonic."""
     torque, lateral = phase_sums(of_set.sun_phases, of_set.angles, SUMS)
@@ -160,21 +252,16 @@ def _sums(of_set: SetData) -> Table:
 
 
 def _side_bands(data: xr.Dataset, of_set: SetData) -> xr.Dataset | None:
-    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few.
-
-    None also of stepped planets, whose phases at the ring depend on how their teeth are put in.
-    """
+    """Side bands of the mesh forces as the ring hears them; None where the speed changes or turns are too few."""
     speed = data["speed"].values
-    stepped = of_set.z[1] != of_set.z[2]
     known = _known(data, of_set.carrier, of_set.ring)
-    if stepped or not known or speed.size < 2 or np.ptp(speed) > CONSTANT * np.abs(speed).max():
+    if not known or speed.size < 2 or np.ptp(speed) > CONSTANT * np.abs(speed).max():
         return None
     heard = force_seen_from_ring(data, ring=of_set.ring, reach=pi / len(of_set.planets))
     if np.ptp(heard["angle"].values) < TURNS * 2 * pi:
         return None
     settled = heard.isel(time=slice(int(np.searchsorted(heard["angle"].values, 0.2 * pi)), None))
-    z = of_set.z[0], of_set.z[1], of_set.z[3]
-    return lines_of(settled, z, of_set.angles, (HARMONICS, len(of_set.planets) + BESIDE, ()))
+    return lines_of(settled, side_band_lines(of_set.z, of_set.angles, HARMONICS, len(of_set.planets) + BESIDE, ()))
 
 
 def _lines(lines: xr.Dataset) -> Table:

@@ -4,7 +4,8 @@ Planets on elastic pins are bodies that orbit. Those on ideal pins are spins in 
 moves their triangles with the carrier, by the coordinates that Exudyn shows.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import exudyn as exu
@@ -13,6 +14,7 @@ from exudyn import graphics
 
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.ring_pair import Ring, RingPair
+from exugear.multibody.carrier_turns import rigid_coordinates
 from exugear.multibody.model import Model
 from exugear.multibody.turns import in_turn
 from exugear.planning.coordinates import Coordinates
@@ -142,6 +144,18 @@ def add_shafts(model: Model) -> None:
         d = DIAMETER_SHARE * min(bores)
         axial = (low + high) / 2 - origin(model, shaft.name)
         add_graphics(model.mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
+
+
+@contextmanager
+def shown_at(model: Model, angle: float) -> Iterator[None]:
+    """Let the viewer show a model whose driving shaft has turned by an angle [rad], all shafts at their ratios."""
+    system, shown = model.mbs.systemData, exu.ConfigurationType.Current  # which the raytracer shows
+    before = system.GetODE2Coordinates(shown)
+    try:
+        system.SetODE2Coordinates(rigid_coordinates(model, angle * model.gearbox.nominal_ratios), shown)
+        yield
+    finally:
+        system.SetODE2Coordinates(before, shown)
 
 
 @checked

@@ -200,7 +200,7 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
         begin = replace(conditions, start_time=0.0 if part.state else part.bounds[0] * steps.size)
         with applied(model, begin) as acting:
             if not part.state:
-                solve_initial_equilibrium(model, begin)
+                solve_initial_equilibrium(model, begin, job.scheme.rule.lag)
                 set_holding_forces(model, begin.initial_torques + conditions.initial_drags)
             acting.release()
             if part.state:
@@ -257,9 +257,6 @@ def _rounding(model: Model, state: RunState) -> np.ndarray:
 def check_parts(model: Model, conditions: Conditions) -> None:
     """ValueError unless the speed at later times is known, and other processes can build the system."""
     free = "executor: the speed of a free train is known only once it has run"
-    orbits = "executor: a set whose planets turn about a displaced axis starts from an equilibrium at angle 0 alone"
-    fixed = any(mesh.frame.fixed.any() for mesh in model.meshes)
-    require(not fixed, f"{orbits}; leave executor out")
     few = f"{free}; impose {len(conditions.anchors)} by exugear.Speed, or leave executor out"
     require(conditions.prescribed, few)
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")

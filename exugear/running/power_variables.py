@@ -5,7 +5,7 @@ The rates of the recorded motion are corrected for the lag of the integrator.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -20,6 +20,7 @@ from exugear.gearbox.shaft_dynamics import (
     kinetic_energy,
 )
 from exugear.multibody.drive_and_load import ShaftTorques, is_known_function_of_time
+from exugear.multibody.elastic_rings import BuiltRing
 from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.model import Model, is_first, on_bearings
 from exugear.operation.conditions import Conditions
@@ -39,8 +40,24 @@ def power_variables(
 
     lag   of the velocities of the integrator [s^2]
     """
-    motions = shaft_motions(model, conditions, torques, data["time"].values, lag)
-    return _powers(model, motions, data) | _losses(model, motions) | _energies(model, motions)
+    time = data["time"].values
+    motions, rings = shaft_motions(model, conditions, torques, time, lag), ring_motions(model, time, lag)
+    return _powers(model, motions, data) | _losses(model, motions, rings) | _energies(model, motions, rings)
+
+
+class RingMotion(NamedTuple):
+    """An elastic ring with its amplitudes (n, m) and their rates over time."""
+
+    ring: BuiltRing
+    amplitudes: np.ndarray
+    rates: np.ndarray
+
+
+def ring_motions(model: Model, time: np.ndarray, lag: float) -> dict[str, RingMotion]:
+    """Motion of each elastic ring by the name of its shaft; lag: of the velocities [s^2]."""
+    factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
+    motions = {name: (ring, *ring.motion(time.size)) for name, ring in model.rings.items()}
+    return {name: RingMotion(ring, a, corrected(v, factor)) for name, (ring, a, v) in motions.items()}
 
 
 def _powers(model: Model, motions: Mapping[str, ShaftMotion], data: xr.Dataset) -> dict[str, Any]:
@@ -62,7 +79,7 @@ def _end_speed(model: Model, motions: Mapping[str, ShaftMotion], end: str) -> np
     return motions[body].speed * model.gearbox.directions[shaft.name]
 
 
-def _losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
+def _losses(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str, RingMotion]) -> dict[str, Any]:
     """Power that damping dissipates in meshes, bearings and couplings."""
     meshes = np.array([mesh.recorder.power["dissipation"] for mesh in model.meshes])
     bearings = {
@@ -78,6 +95,7 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
     }
     for name in model.elastics:
         couplings[f"{name} shaft"] = elastic_loss(motions[name])
+    couplings |= {f"{name} rim": ring.elastic.loss(rates) for name, (ring, _, rates) in rings.items()}
     about = {"units": "W", "long_name": "power that damping dissipates"}
     variables: dict[str, Any] = {"mesh_loss": (("stage", "time"), meshes, about)}
     for kind, losses in {"bearing": bearings, "coupling": couplings}.items():
@@ -87,7 +105,7 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
     return variables
 
 
-def _energies(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
+def _energies(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str, RingMotion]) -> dict[str, Any]:
     """Kinetic energy, and strain energy of meshes, bearings and couplings together."""
     meshes = np.sum([mesh.recorder.power["energy"] for mesh in model.meshes], axis=0)
     shafts = model.gearbox.shafts
@@ -96,9 +114,11 @@ def _energies(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any
     elastic = np.sum(
         [bearing_energy(shaft, motions[shaft.name]) + coupling_energy(shaft, motions) for shaft in shafts], 0
     )
+    moving = sum(ring.elastic.kinetic_energy(rates) for ring, _, rates in rings.values())
+    bent = sum(ring.elastic.strain_energy(amplitudes) for ring, amplitudes, _ in rings.values())
     energies = {
-        "kinetic_energy": (kinetic, "kinetic energy of shafts and rotors"),
-        "strain_energy": (meshes + elastic, "energy of meshes, bearings, couplings, elastic shafts"),
+        "kinetic_energy": (kinetic + moving, "kinetic energy of shafts, rotors, elastic rings"),
+        "strain_energy": (meshes + elastic + bent, "energy of meshes, bearings, couplings, elastic shafts and rings"),
     }
     return {name: ("time", x, {"units": "J", "long_name": words}) for name, (x, words) in energies.items()}
 

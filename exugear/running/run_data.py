@@ -35,6 +35,7 @@ from exugear.operation.stop_conditions import End
 from exugear.planning.map_axes import IGNORED
 from exugear.planning.sampling import Steps
 from exugear.running.power_variables import power_variables
+from exugear.running.ring_variables import ring_variables
 from fem.gear.gear import Gear
 from fem.gear.involute import involute
 from fem.pair.pair import GearPair
@@ -108,14 +109,15 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
 
 
 def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
-    """The recorders of all meshes, torques, pins and elastic shafts."""
+    """The recorders of all meshes, torques, pins, elastic shafts and rings."""
     of_meshes, of_torques = [mesh.recorder for mesh in model.meshes], [torque.recorder for torque in torques.values()]
     return [*of_meshes, *of_torques, *_beside_meshes(model)]
 
 
 def _beside_meshes(model: Model) -> list[BodyRecorder]:
-    """The recorders of pins and elastic shafts."""
-    return [*(pin.recorder for pin in model.pins), *(built.recorder for built in model.elastics.values())]
+    """The recorders of pins, elastic shafts and elastic rings."""
+    of_shafts, of_rings = ([x.recorder for x in built.values()] for built in (model.elastics, model.rings))
+    return [*(pin.recorder for pin in model.pins), *of_shafts, *of_rings]
 
 
 def keep_valid(
@@ -205,6 +207,7 @@ def labelled(
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
+    data = data.assign(ring_variables(model, time.size))
     if conditions.power:
         data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}

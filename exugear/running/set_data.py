@@ -33,15 +33,20 @@ class SetData(NamedTuple):
     ring_phases: np.ndarray
 
 
+def carriers_of_run(data: xr.Dataset) -> list[str]:
+    """Names of the carriers of the planets of a run."""
+    carriers = (data.attrs.get(f"{label}_carrier") for label in np.ravel(data["stage"].values).tolist())
+    return list(dict.fromkeys(str(carrier) for carrier in carriers if carrier))
+
+
 def planetary_sets(data: xr.Dataset) -> list[SetData]:
     """The sets of a run that have one sun and one ring; others, as that of Ravigneaux, are left out."""
     if "planet" not in data.coords:
         return []
     labels, planets, members = (data[name].values.tolist() for name in ("stage", "planet", "member"))
     stages = dict(zip(labels, zip(planets, members, strict=True), strict=True))
-    carriers = dict.fromkeys(str(data.attrs[f"{label}_carrier"]) for label, (planet, _) in stages.items() if planet)
     sets = []
-    for carrier in carriers:
+    for carrier in carriers_of_run(data):
         of_carrier = {x: ends for x, ends in stages.items() if data.attrs.get(f"{x}_carrier") == carrier}
         if any(member in planets for _, member in of_carrier.values()):
             continue

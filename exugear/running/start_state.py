@@ -46,10 +46,10 @@ def continued(model: Model, conditions: Conditions, state: np.ndarray) -> Condit
     return replace(conditions, imposed=tuple(imposed))
 
 
-def set_start_state(model: Model, conditions: Conditions, state: np.ndarray | None) -> None:
-    """Put the system into a state (3, n_coordinates), or without it into static equilibrium."""
+def set_start_state(model: Model, conditions: Conditions, state: np.ndarray | None, lag: float) -> None:
+    """Put the system into a state (3, n_coordinates), or without it into static equilibrium; lag: `Rule.lag` [s^2]."""
     if state is None:
-        solve_initial_equilibrium(model, conditions)
+        solve_initial_equilibrium(model, conditions, lag)
         return
     system = model.mbs.systemData
     system.SetODE2Coordinates(state[0], INITIAL)

@@ -1,6 +1,7 @@
-"""A sensor on a ring gear: its quasi-static displacement as the planets pass.
+"""A sensor on a ring gear, which hears the planets pass: by the modes of an elastic ring, or quasi-static.
 
-Every mesh of the ring displaces the sensor by its mesh force times an influence that depends on the positions of both.
+Where the run holds the modes of the ring the sensor moves with these, also above their frequencies. Else every mesh of
+the ring displaces it by its mesh force times an influence that depends on the positions of both.
 A planet that passes modulates the mesh frequency: N equal planets give lines at multiples of N turns of the carrier
 alone, at the mesh frequency itself, |z| turns, only where that is a multiple of N and the influence has a mean
 (breathing). A wave of n lobes around the ring moves a line by n turns; unequal planets fill the rest.
@@ -19,6 +20,7 @@ import scipy
 import xarray as xr
 
 from exugear.gearbox.planetary_phases import half_thickness
+from exugear.running.ring_variables import ring_of_run
 from exugear.running.run_data import stage_data
 from exugear.signals.signal import MESH_ORDER, MOTION_UNITS, TIME
 from fem.ste.ste_map import pair_of
@@ -27,6 +29,8 @@ from fem.support.validation import require, require_finite
 
 RADIAL, TANGENTIAL = "radial", "tangential"
 MESH, AT = "mesh", "at"
+#: What a sensor measures, with its unit.
+QUANTITIES = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 #: Largest gap between the angles of an influence over the circle [rad].
 LARGEST_GAP = pi / 4
 #: Share of the largest mesh force below which a force on the back flanks is rounding.
@@ -52,49 +56,54 @@ def check_influence(name: str, value: Any) -> None:
 @checked
 @dataclass(frozen=True, eq=False)
 class RingSensor:
-    """A point of a ring gear whose displacement is measured, as by a sensor on the housing at a ring that it holds.
+    """A point of a ring gear whose motion is measured, as by an accelerometer on the outside of its rim.
 
     angle       of the sensor about the axis of the ring from x, counter-clockwise about z [rad], while the ring stands
                 in the reference configuration; the sensor turns with the ring
-    influence   displacement [m/N] by a unit mesh force: the dataset of `fem.ring_deflection`, with `mesh` and `at` all
-                around the ring, from which radial and tangential displacements are interpolated; or, of a ring that is
-                the same all around, a function (n,) -> (n,) of the angle from the mesh to the sensor, counter-clockwise
-                about z [rad]
-    direction   "radial", > 0 outwards, or "tangential", > 0 counter-clockwise: of a dataset; a function has its own
+    influence   None for a run whose ring has modes, `Planetary(ring_modes=...)`: the sensor moves with them, by inertia
+                too. Else displacement [m/N] by a unit mesh force: the dataset of `fem.ring_deflection`, with `mesh` and
+                `at` all around the ring, from which radial and tangential displacements are interpolated; or, of a ring
+                that is the same all around, a function (n,) -> (n,) of the angle from the mesh to the sensor,
+                counter-clockwise about z [rad]
+    direction   "radial", > 0 outwards, or "tangential", > 0 counter-clockwise; a function has its own
+    quantity    "displacement", or by the modes of the ring "velocity" or "acceleration"
 
     Raises ValueError for an influence that does not go around the ring.
     """
 
     angle: float
-    influence: Annotated[Influence, check_influence]
+    influence: Annotated[Influence | None, check_influence] = None
     direction: str = field(default=RADIAL, kw_only=True)
+    quantity: str = field(default="displacement", kw_only=True)
 
     def __post_init__(self):
         require_finite("angle", self.angle, "pass radians: 30*deg")
         require(abs(self.angle) <= 2 * pi, f"angle must lie within 2 pi, got {self.angle:g}; pass radians: 30*deg")
         kinds = f'direction must be "{RADIAL}" or "{TANGENTIAL}", got {self.direction!r}'
         require(self.direction in (RADIAL, TANGENTIAL), kinds)
+        kinds = f"quantity must be one of {list(QUANTITIES)}, got {self.quantity!r}"
+        require(self.quantity in QUANTITIES, kinds)
+        still = f"quantity must be 'displacement' with an influence, which is quasi-static, got {self.quantity!r}"
+        require(self.influence is None or self.quantity == "displacement", f"{still}; give the set ring_modes=")
 
     @checked
     def signal(self, run, *, ring: str | None = None) -> xr.DataArray:
-        """Displacement of the sensor [m] over the time of a run, as a signal whose orders count turns of the carrier.
+        """Motion of the sensor over the time of a run, as a signal whose orders count turns of the carrier.
 
         run    an `exugear.Run` of a gearbox with planets, or its data
         ring   name of the shaft with the ring; by default the first one
 
-        Quasi-static: the ring follows the mesh forces of the run without inertia of its own. Returns a DataArray (time)
+        With an influence quasi-static: the ring follows the mesh forces of the run without inertia of its own. By modes
+        without what the modes leave out, which is near the planet alone. Returns a DataArray (time) in m, m/s or m/s^2
         with the coordinates time [s], speed [rad/s] and angle [rad] of the carrier against the ring, and mesh_order,
-        the teeth of the ring. Raises ValueError for a run without such a ring, and for one whose mesh forces lie on the
-        back flanks: the influence is that of the driving ones.
+        the teeth of the ring. Raises ValueError for a run without such a ring or without its modes, and, with an
+        influence, for one whose mesh forces lie on the back flanks: the influence is that of the driving ones.
         """
         stage_data(run)
-        meshes = _meshes_of_ring(run if isinstance(run, xr.Dataset) else run.data, ring)
-        first, forces = meshes[0], np.array([mesh.force for mesh in meshes])
-        back = f"run loads the back flanks of {first.ring!r}, mesh forces reach {forces.min():.4g} N"
-        driving = "the influence holds for the driving flanks; run it with the load the other way, or with planets kept"
-        require(bool(forces.min() >= -ROUNDING * np.abs(forces).max()), f"{back}; {driving} in contact")
-        influences = self._influence_on(first)
-        values = sum(mesh.force * influences(mesh.position) for mesh in meshes)
+        run_data = run if isinstance(run, xr.Dataset) else run.data
+        meshes = _meshes_of_ring(run_data, ring)
+        first = meshes[0]
+        values = self._by_influence(meshes) if self.influence is not None else self._by_modes(run_data, meshes)
         turned = np.mean([mesh.advance for mesh in meshes], axis=0) * 2 * pi / first.teeth
         angle = np.append(0.0, np.cumsum(np.abs(np.diff(turned))))
         time = first.time
@@ -106,13 +115,40 @@ class RingSensor:
             "angle": ("time", angle, about["angle"]),
             "mesh_order": ((), float(first.teeth), MESH_ORDER),
         }
-        attributes = {"units": "m", "long_name": f"{self.direction} displacement of the ring at {self.angle:.4g} rad"}
+        what = f"{self.direction} {self.quantity} of the ring at {self.angle:.4g} rad"
+        attributes = {"units": QUANTITIES[self.quantity], "long_name": what}
         return xr.DataArray(np.asarray(values), coordinates, ("time",), attrs=attributes)
+
+    def _by_modes(self, data: xr.Dataset, meshes: list["RingMesh"]) -> np.ndarray:
+        """(n_time,) motion of the sensor by the modes of the ring."""
+        first, ring = meshes[0], ring_of_run(data, meshes[0].ring)
+        without = f"run must hold the modes of the ring {first.ring!r}, or the sensor an influence"
+        if ring is None:
+            raise ValueError(f"{without}; give the set ring_modes=fem.ring_modes(ring_pair)")
+        elastic, of_ring = ring
+        amplitudes, rates = (of_ring[f"ring_{x}"].transpose("time", ...).values for x in ("amplitude", "rate"))
+        at_rim = first.on_ring(np.array(self.angle)) + first.half_tooth
+        shape = _around(elastic.modes[AT].values, elastic.modes[self.direction].transpose(AT, ...).values)(at_rim)
+        sign = 1.0 if self.direction == RADIAL else -first.sense
+        if self.quantity != "acceleration":
+            return sign * ((amplitudes if self.quantity == "displacement" else rates) @ shape)
+        acting = [(mesh.force, first.on_ring(mesh.position)) for mesh in meshes]
+        return sign * (elastic.accelerations(amplitudes, rates, acting) @ shape)
+
+    def _by_influence(self, meshes: list["RingMesh"]) -> np.ndarray:
+        """(n_time,) displacement [m] by the mesh forces."""
+        first, forces = meshes[0], np.array([mesh.force for mesh in meshes])
+        back = f"run loads the back flanks of {first.ring!r}, mesh forces reach {forces.min():.4g} N"
+        driving = "the influence holds for the driving flanks; run it with the load the other way, or with planets kept"
+        require(bool(forces.min() >= -ROUNDING * np.abs(forces).max()), f"{back}; {driving} in contact")
+        influences = self._influence_on(first)
+        return np.sum([mesh.force * influences(mesh.position) for mesh in meshes], axis=0)
 
     def _influence_on(self, first: "RingMesh") -> Callable[[np.ndarray], np.ndarray]:
         """Influence [m/N] of a mesh by its position about z [rad]; first: the mesh by which the teeth are counted."""
         if not isinstance(self.influence, xr.Dataset):
-            return lambda position: np.asarray(self.influence(self.angle - position), float)  # type: ignore[operator]
+            function: Any = self.influence
+            return lambda position: np.asarray(function(self.angle - position), float)
         table = self.influence[self.direction].transpose(AT, MESH)
         at_rim = first.on_ring(np.array(self.angle)) + first.half_tooth
         by_mesh = _around(table[AT].values, table.values)(at_rim)

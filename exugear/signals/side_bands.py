@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from math import pi
+from typing import Any
 
 import numpy as np
 import scipy
 import xarray as xr
 
 from exugear.gearbox.planetary import Planetary
-from exugear.gearbox.side_band_lines import side_band_lines
+from exugear.gearbox.side_band_lines import SideBandLine, side_band_lines
 from exugear.running.run_data import stage_data
 from exugear.running.set_data import set_of_run
 from exugear.signals.order_cut import order_cut
@@ -31,6 +32,7 @@ def side_bands(
     harmonics: int = 3,
     carrier_orders: int = 6,
     members: Sequence[str] = (),
+    mesh: str = "ring",
     revolutions: float | None = None,
     overlap: float = 0.75,
 ) -> xr.Dataset:
@@ -43,6 +45,8 @@ def side_bands(
     carrier_orders  largest distance of a line from its mesh harmonic, in orders of the carrier
     members         of "sun" and "planet": lines at their own turns too, |z_ring| / z orders of the carrier from a mesh
                     harmonic. These lie close to carrier orders, so that the signal must hold more turns
+    mesh            "ring" or "sun": whose meshes; those of stepped planets with the sun have the order
+                    |z_ring| z_1 / z_2 and lines of their own
     revolutions, overlap
                     of the windows, as in `exugear.order_cut`; without them 6 turns of the carrier are needed
 
@@ -56,20 +60,21 @@ def side_bands(
     cause           in words: planets that pass, by the phasing rule offset = harmonic z_sun mod N; carrier, ring, sun
                     or planet once per turn
 
-    Raises ValueError for signals whose orders count other turns, for stepped planets, for numbers out of range, and as
-    `exugear.order_cut`.
+    Raises ValueError for signals whose orders count other turns, for numbers out of range, and as `exugear.order_cut`.
     """
-    ring = planetary.ring_pair.wheel.z
-    stepped = "planetary must not have stepped planets, whose phases at the ring depend on how their teeth are put in"
-    require(not planetary.stepped, f"{stepped}; take exugear.order_cut at orders of your choice")
+    of_sun, of_ring = planetary.sun_pair, planetary.ring_pair
+    z = of_sun.pinion.z, of_sun.wheel.z, of_ring.pinion.z, of_ring.wheel.z
+    ring, at_sun = z[3], abs(z[3]) * z[1] / z[2]
+    require(mesh in ("ring", "sun"), f'mesh must be "ring" or "sun", got {mesh!r}')
     check_numbers(harmonics, carrier_orders, members, ring)
     if "mesh_order" in signal.coords:
         order, wanted = float(signal["mesh_order"]), abs(ring)
         counted = f"signal must count turns of the carrier against the ring, {wanted} mesh cycles each, got {order:g}"
         remedy = f"turns_of={planetary.carrier.name!r}, relative_to={planetary.ring.name!r}"
-        require(abs(order - wanted) < SAME_TURNS * wanted, f"{counted}; pass exugear.signal(run, ..., {remedy})")
-    z, angles = (planetary.sun_pair.pinion.z, planetary.sun_pair.wheel.z, ring), np.asarray(planetary.angles)
-    return lines_of(signal, z, angles, (harmonics, carrier_orders, members), revolutions=revolutions, overlap=overlap)
+        same = any(abs(order - x) < SAME_TURNS * x for x in (wanted, at_sun))
+        require(same, f"{counted}; pass exugear.signal(run, ..., {remedy})")
+    lines = side_band_lines(z, np.asarray(planetary.angles), harmonics, carrier_orders, members, mesh)
+    return lines_of(signal, lines, revolutions=revolutions, overlap=overlap)
 
 
 def check_numbers(harmonics: int, carrier_orders: int, members: Sequence[str], z_ring: int) -> None:
@@ -83,9 +88,8 @@ def check_numbers(harmonics: int, carrier_orders: int, members: Sequence[str], z
     require(known, f'members must be a list of "sun" and "planet", got {[*members]}; {others}')
 
 
-def lines_of(signal: xr.DataArray, z: tuple[int, int, int], angles: np.ndarray, wanted: tuple, **windows) -> xr.Dataset:
-    """`side_bands` of a set by its teeth and the angles of its planets; wanted: harmonics, carrier_orders, members."""
-    lines = side_band_lines(z, angles, *wanted)
+def lines_of(signal: xr.DataArray, lines: Sequence[SideBandLine], **windows: Any) -> xr.Dataset:
+    """`side_bands` at the lines of a set; windows: as of `exugear.order_cut`."""
     orders = np.array([line.order for line in lines])
     cut = order_cut(signal, orders, **windows)
     amplitude = cut["amplitude"].mean("time").assign_attrs(signal.attrs | {"long_name": "mean amplitude"})

@@ -8,8 +8,7 @@ the mean agree to the second order of the step.
 from typing import NamedTuple
 
 from exugear.mesh_force.force_kernels import damping
-from exugear.mesh_force.patches import range_of
-from exugear.mesh_force.potential import centroid_at, potential
+from exugear.mesh_force.potential import centroid_at, extent_of, potential
 from fem.support.numba_cache import compiled
 
 #: Travel of the teeth in a step [m] below which means are the values in its middle.
@@ -65,7 +64,7 @@ def slopes_of(table, cell, deflection, u):
     by_phase = u.by_phase if table.conserves != 0 else 0.0
     if table.has_centroid == 0 or u.penetration <= 0.0:
         return FlankSlopes(by_phase, 0.0, u.force_by_phase, 0.0, 0.0)
-    extent = range_of(table, 0, cell)
+    extent = extent_of(table, 0, cell)
     centroid = centroid_at(table, 0, cell, extent, deflection - extent.unloaded)
     by_lever = -u.stiffness * centroid.value - u.force * centroid.by_deflection
     moment_by_lever = u.stiffness * centroid.value * centroid.value

@@ -43,8 +43,6 @@ from fem.support.validation import require
 PHASES = 8
 #: Mesh cycles of the common period at most; rounding of ratios of mesh frequencies.
 LONGEST_PERIOD, ROUNDING = 1000, 1e-9
-#: Number of coordinates of a body in the plane.
-PLANAR = 3
 
 
 def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, speed: float, drive: str) -> Reduction:
@@ -231,7 +229,7 @@ def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:
 
 
 def check_reducible(model: Model) -> None:
-    """Require a gearbox without friction and drag, whose torques depend on the speed, and sets in the plane.
+    """Require a gearbox without friction and drag, whose torques depend on the speed.
 
     In the frame that turns with the carrier of planets on pins, stages beside the set whose shafts stand on bearings
     would change their direction.
@@ -242,14 +240,14 @@ def check_reducible(model: Model) -> None:
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         on_bearings = [shaft.name for shaft in stage.shafts if kinds[shaft.name].on_bearings]
         of_set = stage.carrier is not None and stage.carrier.name in carriers
-        in_space = [name for name in on_bearings if of_set and len(kinds[name].components) > PLANAR]
-        space = f"model must have its planetary sets in the plane or spin only, {in_space} move in space"
-        require(not in_space, f"{space}; leave out what tilts them, or take exugear.run_up over a slow ramp")
         axes = [x.name for x in stage.shafts if x.name not in model.gearbox.planets and x.offset != NO_DISPLACEMENT]
         turning = f"the axes of {axes} lie beside the others, which turns in the frame of the carrier once a revolution"
         require(not (stage.carrier and axes), f"{turning}; leave out their offset=, or take exugear.run")
         beside = f"stage {label} stands beside a set on pins, its shafts must only spin, {on_bearings} move"
         require(not (carriers and not of_set and on_bearings), f"{beside}; leave out their bearings, or the pins")
+    rings = [*model.gearbox.elastic_rings]
+    vibrating = f"model must have rings as stiff as their maps, {rings} have modes, which planets pass as they turn"
+    require(not rings, f"{vibrating}; leave out ring_modes=, or take exugear.run_up over a slow ramp")
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
     require(not rubbing, f"model must be without friction, stages {rubbing} rub; build the gearbox without friction=")
     braked = [shaft.name for shaft in model.gearbox.shafts if shaft.drags]

@@ -11,6 +11,7 @@ import numpy as np
 from fem.elasticity.flank_compliance import Compliance
 from fem.elasticity.half_space import between_segments
 from fem.elasticity.rim_bending import RimModes
+from fem.microgeometry.compiled_flank import HINGE, is_of, lever
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 
@@ -207,7 +208,29 @@ def smooth_compliance(mesh, bodies, mirrored, slices, depth, arcs, tilts):
             total[i, j] = (total[i, j] + total[j, i]) / 2 + bending[i, j]
             total[j, i] = total[i, j]
     _add_half_planes(mesh, bodies, mirrored, slices, depth, total)
+    for side in range(2):
+        _add_cracks(mesh, side, mirrored, number, arcs[side], total)
     return total
+
+
+@unchecked
+def _add_cracks(mesh, side, mirrored, number, arcs, total):
+    """Add the displacement per force on the flanks of a gear, 0 or 1, whose teeth turn about hinges in their roots."""
+    n, m = arcs.shape
+    for row in mesh.wheel if side else mesh.pinion:
+        if row.role != HINGE:
+            continue
+        turn, radius, half_angle, r_b = row.numbers[0], row.numbers[1], row.numbers[2], row.numbers[3]
+        factor = turn * mesh.position.inclined**2 * (2.0 if mirrored else 1.0)
+        for p in range(n * m):
+            tooth = number[p // m] * (1 - 2 * side)
+            if not is_of(row, tooth):
+                continue
+            lever_p = lever(radius, half_angle, r_b, np.sqrt(2 * r_b * max(arcs[p // m, p % m], 0.0)))
+            for q in range(n * m):
+                if number[q // m] == number[p // m]:
+                    lever_q = lever(radius, half_angle, r_b, np.sqrt(2 * r_b * max(arcs[q // m, q % m], 0.0)))
+                    total[p, q] += factor * lever_p * lever_q
 
 
 @unchecked

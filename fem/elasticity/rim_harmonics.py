@@ -95,9 +95,8 @@ def rim_harmonics(prism: Prism, density: Density, forces: FlankForces) -> Arrays
         of_ring[np.ix_(both, rows, both, rows)], of_ring[np.ix_(both, opposite, both, opposite)] = k, k.conj()
         flank[rows], flank[opposite] = u.swapaxes(0, 1), u.swapaxes(0, 1).conj()
         free[q], free[-q] = warped / prism.face.share, warped.conj() / prism.face.share
-    real = _from_real(highest)
     return {
-        "stiffness": np.einsum("nk,anbm,ml->akbl", real.conj(), of_ring, real, optimize=True).real,
+        "stiffness": in_real_waves(of_ring, highest),
         "flank": flank[highest:],
         "free": _between_teeth(free, density),
     }
@@ -146,6 +145,12 @@ def _without_further(stiffness: np.ndarray, flank: np.ndarray, n: int) -> tuple[
     inside = np.linalg.solve(stiffness[n:, n:], np.hstack([stiffness[n:, :n], flank[:, n:].conj().T]))
     reduced = stiffness[:n, :n] - stiffness[:n, n:] @ inside[:, :n]
     return reduced, flank[:, :n] - flank[:, n:] @ inside[:, :n], flank[:, n:] @ inside[:, n:]
+
+
+def in_real_waves(matrix: np.ndarray, highest: int) -> np.ndarray:
+    """(2, 2 N + 1, 2, 2 N + 1) matrix over 1, cos n angle, sin n angle from that over exp(i n angle), n from -N."""
+    real = _from_real(highest)
+    return np.einsum("nk,anbm,ml->akbl", real.conj(), matrix, real, optimize=True).real
 
 
 def _from_real(highest: int) -> np.ndarray:

@@ -276,7 +276,8 @@ class Gear:
     @cached_property
     def face(self) -> FlankExtent:
         """Extent of a flank, on which modifications are defined."""
-        return FlankExtent(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
+        land, slope = self.thickness(self.r_a), tan(self.beta_b)
+        return FlankExtent(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=land, slope=slope)
 
     @cached_property
     def _body(self) -> Inertia:

@@ -6,13 +6,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from fem.microgeometry.deviation import Grid, PitchDeviation
+from fem.microgeometry.deviation import Crack, Grid, OnTooth, PitchDeviation, Spall, Waviness
 from fem.microgeometry.modification import DESIGNED, FlankExtent, Modification
 from fem.support.representation import short
 from fem.support.validation import require, set_fields, text_of
 from fem.units import mm
 
-KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
+KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid, Spall, Waviness, Crack, OnTooth)}
 Flank = tuple[Modification, ...]
 #: Largest slope over the profile length of material that a modification adds.
 STEEPEST = 0.3
@@ -70,9 +70,31 @@ def pitch_deviations(flank: Flank) -> tuple[PitchDeviation, ...]:
     return tuple(part for part in flank if isinstance(part, PitchDeviation))
 
 
+def names_teeth(flank: Flank) -> bool:
+    """Whether any modification counts the teeth, so that phases count all pitches."""
+    return any(hasattr(part, "taken_from") for part in flank)
+
+
 def equal_on_all_teeth(flank: Flank) -> bool:
     """Whether all teeth have the same flank."""
-    return all(len(set(part.values)) == 1 for part in pitch_deviations(flank))
+    return not any(getattr(part, "differs", False) for part in flank)
+
+
+def alike_on_all_teeth(flank: Flank) -> Flank:
+    """The modifications that do not count the teeth."""
+    return tuple(part for part in flank if not hasattr(part, "taken_from"))
+
+
+def of_single_tooth(flank: Flank, tooth: int, z: int) -> Flank:
+    """The modifications of a tooth but its pitch deviation, as those of tooth 0."""
+    parts = [part for part in flank if not isinstance(part, PitchDeviation)]
+    shifted = [part.taken_from(tooth, 1, z) if hasattr(part, "taken_from") else part for part in parts]
+    return tuple(part for part in shifted if not isinstance(part, OnTooth) or part.tooth == 0)
+
+
+def unlike_teeth(flank: Flank) -> list[int]:
+    """Tooth 0, and the teeth that have modifications of their own."""
+    return sorted({0, *(part.tooth for part in flank if isinstance(part, OnTooth))})
 
 
 def edges(flank: Flank, face: FlankExtent) -> list[float]:
@@ -120,7 +142,13 @@ def _check_added(part: Modification, face: FlankExtent) -> None:
 
 
 def _listed(flank: Flank) -> list[dict]:
-    return [{"kind": type(part).__name__} | asdict(part) for part in flank]  # type: ignore[call-overload]
+    return [{"kind": type(part).__name__} | _fields(part) for part in flank]
+
+
+def _fields(part) -> dict:
+    if isinstance(part, OnTooth):
+        return {"tooth": part.tooth, "flank": _listed(part.flank)}
+    return asdict(part)
 
 
 def to_text(flank: Flank | Sides) -> str:
@@ -141,7 +169,13 @@ def _from_list(parts: list[dict]) -> Flank:
     unknown = [part["kind"] for part in parts if part["kind"] not in KINDS]
     if unknown:
         raise ValueError(f"unknown flank modifications {unknown}; known are {list(KINDS)}")
-    return tuple(KINDS[part["kind"]](**{k: v for k, v in part.items() if k != "kind"}) for part in parts)
+    return tuple(KINDS[part["kind"]](**_arguments(part)) for part in parts)
+
+
+def _arguments(part: dict) -> dict:
+    """Arguments of a modification; the flank of a single tooth holds further ones."""
+    arguments = {name: value for name, value in part.items() if name != "kind"}
+    return arguments | ({"flank": _from_list(part["flank"])} if part["kind"] == "OnTooth" else {})
 
 
 def from_text(text: str) -> Flank | Sides:

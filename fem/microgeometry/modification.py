@@ -31,6 +31,7 @@ class FlankExtent(NamedTuple):
     z                       number of teeth
     tooth                   number of this tooth, counter-clockwise from tooth 0
     land                    transverse tooth thickness at the tip circle [m]
+    slope                   tangent of the base helix angle
     """
 
     roll_form: float
@@ -40,6 +41,7 @@ class FlankExtent(NamedTuple):
     z: int = 1
     tooth: int | np.ndarray = 0
     land: float = inf
+    slope: float = 0.0
 
     def roll_at(self, d: float, name: str = "d") -> float:
         """Roll length on the circle of diameter d [m], called name in the ValueError where it misses the flank."""

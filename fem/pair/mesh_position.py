@@ -23,6 +23,7 @@ class MeshPosition:
     phase       position in the mesh cycle
     ring_angle  position of the mesh on a ring, which grows by a pitch with each pitch of the phase [rad]; None: 2 pi
                 phase / |z|, as the phase counts from tooth 0 of the ring on
+    candidates  numbers of the only tooth pairs that may touch; None: all within half a pitch of the path of contact
     """
 
     pair: GearPair
@@ -30,6 +31,7 @@ class MeshPosition:
     axial: float
     phase: float
     ring_angle: float | None = None
+    candidates: range | None = None
 
     @cached_property
     def path(self) -> PathOfContact:
@@ -64,7 +66,9 @@ class MeshPosition:
         return self.path.pitch + (self.phase + number) * self.pair.p_bt + axial * tan(self.pair.beta_b)
 
     def numbers(self) -> range:
-        """Numbers of all tooth pairs within half a pitch of the path of contact."""
+        """Numbers of all tooth pairs within half a pitch of the path of contact, or of the candidates."""
+        if self.candidates is not None:
+            return self.candidates
         p_bt, rolls = self.pair.p_bt, [self.nominal(0, axial) for axial in self.face]
         first = ceil((self.path.start - max(rolls)) / p_bt - 0.5)
         last = floor((self.path.end - min(rolls)) / p_bt + 0.5)

@@ -3,11 +3,8 @@
 from dataclasses import replace
 from math import pi
 
-import numpy as np
-
 from fem.gear.gear import Gear
 from fem.gear.rim_support import mirrored
-from fem.microgeometry.deviation import PitchDeviation
 from fem.microgeometry.flank import Sides
 from fem.pair.pair import GearPair
 from fem.support.arguments import checked
@@ -27,14 +24,12 @@ def mirror_image(pair: GearPair) -> GearPair:
 
 def _mirrored(gear: Gear, first: int) -> Gear:
     """The mirror image of a gear, whose tooth k is tooth first - k of the gear."""
-    left, right = (tuple(_renumbered(part, first) for part in side) for side in (gear.coast_flank, gear.drive_flank))
+    sides = gear.coast_flank, gear.drive_flank
+    left, right = (tuple(_renumbered(part, first, gear.z) for part in side) for side in sides)
     support = tuple(mirrored(part, 2 * pi * first / abs(gear.z)) for part in gear.support)
     return replace(gear, beta=-gear.beta, flank=left if left == right else Sides(left, right), support=support)
 
 
-def _renumbered(part, first: int):
-    """A modification; a pitch deviation with tooth k for tooth first - k."""
-    if not isinstance(part, PitchDeviation):
-        return part
-    teeth = first - np.arange(len(part.values))
-    return PitchDeviation(tuple(np.take(part.values, teeth, mode="wrap").tolist()))
+def _renumbered(part, first: int, z: int):
+    """A modification; one that counts the teeth with tooth k for tooth first - k."""
+    return part.taken_from(first, -1, z) if hasattr(part, "taken_from") else part

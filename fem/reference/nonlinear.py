@@ -25,7 +25,7 @@ from skfem.element import Element
 from fem.contact.unilateral import Equilibrium, unilateral_contact
 from fem.elasticity.mesh_density import Density
 from fem.linalg.direct_solver import Solve
-from fem.microgeometry.flank import pitch_deviations
+from fem.microgeometry.flank import names_teeth
 from fem.pair.pair import GearPair
 from fem.reference import mortar
 from fem.reference.deformable_gear import (
@@ -123,8 +123,8 @@ def check(pair: GearPair, element: Element, density: Density) -> None:
     require(touching <= fewest, f"z must be at least the {touching} teeth that may touch, got {fewest}; reduce b")
     for gear in (pair.pinion, pair.wheel):
         require(
-            not pitch_deviations(gear.drive_flank),
-            "teeth must be alike, got pitch deviations; take fem.static_transmission_error for them",
+            not names_teeth(gear.drive_flank),
+            "teeth must be alike, got deviations of single teeth; take fem.static_transmission_error for them",
         )
         varies = np.ptp(sampled_modification(gear), axis=1).max() > EQUAL_WITHIN and element.dim == 2
         require(not varies, f"flanks must be the same across the width {in_space}, got {gear.drive_flank}")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fem.contact.resolution import Discretization
-from fem.microgeometry.flank import pitch_deviations
+from fem.microgeometry.flank import names_teeth
 from fem.pair.hertz import largest_torque, least_torque
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.pair import GearPair
@@ -55,7 +55,7 @@ def checked_request(
     listed = phases is not None and not isinstance(torque, UpTo)
     missing = "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005"
     require(listed or accuracy is not None, missing)
-    unlike = bool(pitch_deviations((*pair.pinion.drive_flank, *pair.wheel.drive_flank)))
+    unlike = names_teeth((*pair.pinion.drive_flank, *pair.wheel.drive_flank))
     several = "phases must be given with PitchDeviation, over all pitches of interest; an accuracy chooses those of one"
     require(phases is not None or not unlike, several)
     upto = isinstance(torque, UpTo)
@@ -108,7 +108,7 @@ def checked_phases(phases, pair: GearPair) -> np.ndarray:
         require(bool(4 <= values < 1e6 and values % 1 == 0), f"phases must be a whole number in [4, 1e6), got {phases}")
         return np.arange(int(values)) / int(values)
     modifications = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
-    end = 1e6 if pitch_deviations(modifications) else 1
+    end = 1e6 if names_teeth(modifications) else 1
     within = bool(increasing("phases", values)[0] >= 0 and values[-1] < end)
     require(within, f"phases must increase within [0, {end:g}) as share of a pitch, got {phases}")
     return values

@@ -17,7 +17,7 @@ from fem.elasticity.flank_compliance import Compliance, flank_compliances
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.gear.rim_support import period
-from fem.microgeometry.flank import pitch_deviations, removed
+from fem.microgeometry.flank import names_teeth, removed, unlike_teeth
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
@@ -65,7 +65,7 @@ class ContactModel:
     @property
     def counts_pitches(self) -> bool:
         """Whether teeth differ: the phase counts all pitches, and the position on the ring follows from it."""
-        return bool(pitch_deviations((*self.pair.pinion.drive_flank, *self.pair.wheel.drive_flank)))
+        return names_teeth((*self.pair.pinion.drive_flank, *self.pair.wheel.drive_flank))
 
     def positions(self, phase: np.ndarray) -> list[MeshPosition]:
         """Positions of the mesh over (a, axial, ring angle, phase)."""
@@ -197,11 +197,15 @@ def elastic_gears(
 
 def width_variation(pair: GearPair, offsets: dict[str, np.ndarray]) -> tuple[bool, bool]:
     """Whether the gap varies across the width, and whether the two halves of the width differ."""
-    axial, relief = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
-    for gear in (pair.pinion, pair.wheel):
-        roll = np.linspace(gear.roll_form, gear.roll_tip, 101)
-        relief = relief + removed(gear.drive_flank, gear.face, roll, axial)
+    axial = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None]
     helical = pair.pinion.beta or pair.wheel.beta
-    halves_differ = bool(helical or any(np.any(offsets[name]) for name in (*ANGLES, "axial")))
-    varies = halves_differ or bool(np.ptp(relief, axis=0).max() > EVEN_GAP)
-    return varies, halves_differ or bool(np.abs(relief - relief[::-1]).max() > EVEN_GAP)
+    varies = halves_differ = bool(helical or any(np.any(offsets[name]) for name in (*ANGLES, "axial")))
+    rolls = [np.linspace(gear.roll_form, gear.roll_tip, 101) for gear in (pair.pinion, pair.wheel)]
+    teeth = product(*(unlike_teeth(gear.drive_flank) for gear in (pair.pinion, pair.wheel)))
+    for meeting in () if halves_differ else teeth:
+        relief = np.zeros(1)
+        for gear, roll, tooth in zip((pair.pinion, pair.wheel), rolls, meeting, strict=True):
+            relief = relief + removed(gear.drive_flank, gear.face, roll, axial, tooth=tooth)
+        varies |= bool(np.ptp(relief, axis=0).max() > EVEN_GAP)
+        halves_differ |= bool(np.abs(relief - relief[::-1]).max() > EVEN_GAP)
+    return varies or halves_differ, halves_differ

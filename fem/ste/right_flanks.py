@@ -14,7 +14,7 @@ from math import pi
 import numpy as np
 import xarray as xr
 
-from fem.microgeometry.flank import pitch_deviations
+from fem.microgeometry.flank import names_teeth
 from fem.pair.mirror_image import mirror_image
 from fem.ste.map_sides import halves_alike
 from fem.ste.map_solver import FORCE, ContactModel, sweep
@@ -48,7 +48,7 @@ def symmetry_of(model: ContactModel) -> Symmetry:
     """Symmetry of a pair at its offsets; unlike teeth (pitch deviations) and a ring on bolts have none."""
     gears, offsets = (model.pair.pinion, model.pair.wheel), model.offsets
     if model.turns_on_supports or any(
-        gear.drive_flank != gear.coast_flank or pitch_deviations(gear.drive_flank) for gear in gears
+        gear.drive_flank != gear.coast_flank or names_teeth(gear.drive_flank) for gear in gears
     ):
         return Symmetry.NONE
     reversed_by_turning = (offsets[name] for name in ("misalignment", "f_sigma_delta", "axial"))

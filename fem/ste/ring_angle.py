@@ -12,7 +12,7 @@ import xarray as xr
 
 from fem.gear.gear import Gear
 from fem.gear.rim_support import Bolts, period
-from fem.microgeometry.flank import pitch_deviations
+from fem.microgeometry.flank import names_teeth
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import (
     CENTROID,
@@ -74,7 +74,7 @@ def number_of_angles(ring: Gear) -> int:
 
 def counts_pitches(pair: GearPair) -> bool:
     """Whether teeth differ: the phase counts all pitches, and the ring angle follows from it."""
-    return bool(pitch_deviations((*pair.pinion.drive_flank, *pair.wheel.drive_flank)))
+    return names_teeth((*pair.pinion.drive_flank, *pair.wheel.drive_flank))
 
 
 def softest(ring: Gear, angles: np.ndarray) -> int:

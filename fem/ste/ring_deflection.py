@@ -19,6 +19,8 @@ from fem.support.arguments import Numbers, checked
 from fem.support.validation import numbers, require, require_finite
 
 MESH, AT = "mesh", "at"
+#: Positions around the ring at which meshes deflect one another.
+POSITIONS = 64
 
 
 @checked
@@ -71,7 +73,7 @@ def ring_deflection(
         mesh_angles, other_meshes = (pitch * pair.back_phase - values for values in (meshes, angles))
     compliance = _ring_compliance(loaded, resolution or Resolution())
     rim: RimBending = compliance.rim  # type: ignore[assignment]
-    at_pitch_point = _flank_at_pitch_point(loaded, compliance)
+    at_pitch_point = flank_at_pitch_point(loaded, compliance)
     forces = np.stack([rim.displacement(angle) @ at_pitch_point for angle in mesh_angles], axis=1)
     moved = rim.amplitudes(forces)
     cross = np.stack([rim.displacement(angle) @ at_pitch_point for angle in other_meshes]) @ moved
@@ -90,6 +92,28 @@ def ring_deflection(
     return xr.Dataset(named, axes, title | pair_attributes(pair))
 
 
+def cross_compliance(pair: GearPair, compliance: Compliance) -> np.ndarray:
+    """(POSITIONS,) te by a unit mesh force of another mesh, at evenly spaced angles on a supported ring [m/N].
+
+    On left flanks; of all positions of both meshes the one with the largest magnitude. At 0 it is the compliance of a
+    flank by the bending of the rim.
+    """
+    rim: RimBending = compliance.rim  # type: ignore[assignment]
+    at_pitch_point, angles = flank_at_pitch_point(pair, compliance), 2 * pi * np.arange(POSITIONS) / POSITIONS
+    forces = np.stack([rim.displacement(angle) @ at_pitch_point for angle in angles], axis=1)
+    return largest_over_positions(forces.T @ rim.amplitudes(forces))
+
+
+def largest_over_positions(between: np.ndarray) -> np.ndarray:
+    """(n,) values of largest magnitude over the positions of a mesh, by how far ahead of it another one is.
+
+    between   (n, n) of the meshes at evenly spaced positions around a ring
+    """
+    rows = np.arange(len(between))
+    ahead = between[rows, (rows + rows[:, None]) % rows.size]
+    return ahead[rows, np.argmax(np.abs(ahead), axis=1)]
+
+
 def _ring_compliance(pair: GearPair, resolution: Resolution | Slices) -> Compliance:
     """Compliance of the ring as in a map without offsets."""
     offsets = Offsets().values(pair)
@@ -97,7 +121,7 @@ def _ring_compliance(pair: GearPair, resolution: Resolution | Slices) -> Complia
     return flank_compliance(*elastic_gears(pair, offsets, resolution)[1], whole=whole)
 
 
-def _flank_at_pitch_point(pair: GearPair, compliance: Compliance) -> np.ndarray:
+def flank_at_pitch_point(pair: GearPair, compliance: Compliance) -> np.ndarray:
     """(n_shape,) displacement of the flank at the pitch point along the line of action, mean over the width."""
     arc = arc_length(pair.wheel, np.array([pair.path_of_contact.on_wheel(pair.roll_pitch)]))
     along = hats(compliance.arcs, arc)[:, 0]

@@ -30,6 +30,9 @@ PAIR, UNLOADED_RIGHT, RING_ANGLE = "pair", "te_unloaded_right", "ring_angle"
 RIGHT_FLANKS, SOLVED, MIRRORED = "right_flanks", "solved", "mirror image of the left flanks"
 #: Attribute of maps that were made with a larger gap between their phases than others may have [pitches].
 PHASE_GAP, LARGEST_GAP = "phase_gap", 1 / 3
+#: Attribute of maps of a ring on supports: te by a unit mesh force of another mesh, at evenly spaced angles from it on
+#: the ring, largest over the positions [m/N].
+CROSS_COMPLIANCE = "cross_compliance"
 #: Offsets of the wheel, and the position of the mesh on a ring between its supports, in the order of the axes of a map.
 OFFSETS = {
     "a": ("m", "working centre distance"),

@@ -14,10 +14,12 @@ from fem.pair.pair import GearPair
 from fem.ste.accuracy import MapGrid, choose, with_ring_angles
 from fem.ste.error_estimation import MapError, compared_slices
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
-from fem.ste.map_solver import FORCE, ContactModel
+from fem.ste.map_solver import FORCE, ContactModel, compliances_of
 from fem.ste.right_flanks import Symmetry, sweep_both_sides, symmetry_of
 from fem.ste.ring_angle import checked_ring_angles
+from fem.ste.ring_deflection import cross_compliance
 from fem.ste.ste_map import (
+    CROSS_COMPLIANCE,
     LOAD_SHARE,
     MIRRORED,
     OFFSETS,
@@ -162,6 +164,9 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
     axes = {name: model.offsets[name] for name in OFFSETS if name in offset_axes}
     attributes = {"resolution": exact(grid.resolution), "pitches": number_of_pitches(grid.phase)}
     attributes |= {name: float(model.offsets[name][0]) for name in fixed if name not in ("a", RING_ANGLE)}
+    if model.pair.wheel.support:
+        bodies, _ = compliances_of(model.pair, model.offsets, model.resolution)
+        attributes[CROSS_COMPLIANCE] = cross_compliance(model.pair, bodies[1])
     if grid.torque[0] < 0:
         attributes[RIGHT_FLANKS] = MIRRORED if symmetry_of(model) is Symmetry.TURNED else SOLVED
     data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)

@@ -56,6 +56,8 @@ def read_table(path, units: Mapping[str, str], *, optional: Iterable[str] = (), 
             factors = _factors(line.strip("# \t"), where, units)
             missing = [name for name in units if name not in factors and name not in optional]
             require(not missing, f"{where} lacks the columns {missing}; the header must hold: {header}")
+        elif COLUMN.search(line) and not line.lstrip().startswith("#"):
+            raise ValueError(f"{where} is a second header; give each table a file of its own")
         elif line.strip() and not line.lstrip().startswith("#"):
             require(bool(factors), f"{where} comes before a header with units; begin with: {header}")
             rows[number] = _values(line.strip(), list(factors), where)

@@ -37,8 +37,10 @@ def stepped(law: exugear.MeshForce | None = None, **changes: Any) -> exugear.Pla
     return exugear.Planetary(**parts | meshes | changes)
 
 
-def ravigneaux(law: exugear.MeshForce | None = None, side: int = 1, **changes: Any) -> list[Any]:
-    """Small sun 30, short planets 20, long ones 31, large sun 42, ring 105."""
+def ravigneaux(
+    law: exugear.MeshForce | None = None, side: int = 1, inner: dict[str, Any] | None = None, **changes: Any
+) -> list[Any]:
+    """Small sun 30, short planets 20, long ones 31, large sun 42, ring 105; inner: of the inner planets."""
     law = law or waving_law()
     small, short, long, large = gear(30), gear(20), gear(31, 60 * mm), gear(42)
     ring_pair = exugear.RingPair(long, -105, a=-109.5 * mm)
@@ -52,7 +54,7 @@ def ravigneaux(law: exugear.MeshForce | None = None, side: int = 1, **changes: A
         ring_mesh=law,
         **changes,
     )
-    inner = exugear.InnerPlanets(
+    of_short = exugear.InnerPlanets(
         outer=outer,
         sun=exugear.Shaft("small", {0.0: small}),
         sun_pair=fem.GearPair(small, short, a=75 * mm),
@@ -60,8 +62,9 @@ def ravigneaux(law: exugear.MeshForce | None = None, side: int = 1, **changes: A
         sun_mesh=law,
         planet_mesh=law,
         side=side,
+        **inner or {},
     )
-    return [outer, inner]
+    return [outer, of_short]
 
 
 def simpson(law: exugear.MeshForce | None = None) -> list[exugear.Planetary]:

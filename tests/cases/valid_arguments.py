@@ -10,6 +10,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 import xarray as xr
 from coupled_sets import ravigneaux
+from elastic_rings import ring_map, ring_modes
 from matplotlib.figure import Figure
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
@@ -40,6 +41,15 @@ def map_around_a_ring() -> xr.Dataset:
     angles = {"ring_angle": np.arange(4) / 4 * np.pi / 4}
     te = np.multiply.outer([0, 1e-6, 9e-6], np.ones((4, 8)))
     return fem.ste_map(thin_ring_pair(bolted()), [0, 10.0, 300.0], np.arange(8) / 8, te, angles)
+
+
+COARSE_SLICES = fem.Slices(COARSE.density, COARSE.slices)
+
+
+@cache
+def tooth_pairs() -> xr.Dataset:
+    """Tooth pairs of the paper's pair."""
+    return fem.tooth_pair_map(paper_pair(), 100.0, resolution=COARSE_SLICES, checks=0, progress=False)
 
 
 def stresses() -> xr.Dataset:
@@ -138,7 +148,9 @@ def instances() -> dict[str, Any]:
         fem.iso6336.FlankDeviations(f_pb_eff=5 * um), fem.EdgeBreak(0.2 * mm), fem.EndRelief(5 * um, 2 * mm),
         fem.Grid((1e-2, 2e-2), (-1e-2, 1e-2), ((0, 0), (0, 0))), fem.HelixSlope(5 * um), fem.LeadCrowning(5 * um),
         fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm), fem.TipRelief(5
-        * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1), fem.Slices(slices=40),
+        * um, 2 * mm), fem.Waviness(3, um), fem.OnTooth(1, ()),
+        fem.Spall(0.15, 1e-3, 5e-3), fem.crack(paper_gear(), 0.1), fem.iso1328(paper_gear(), 6), fem.Sides(),
+        fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1), fem.Slices(slices=40),
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), fem.Density(),
         fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm), bolted(), fem.Bush(radial=1e9, tangential=1e9),
         exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
@@ -166,6 +178,9 @@ def by_name() -> dict[str, Any]:
     made["Run"].save(folder / "run.nc")
     linear_law().save(folder / "law.nc")
     (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
+    chart = "tooth [1], removed [um]\n" + "".join(f"{i}, 0\n" for i in range(57))
+    (folder / "chart.csv").write_text(chart)
+    (folder / "trace.csv").write_text("tooth [1], axial [mm], removed [um]\n0, -9, 0\n0, 9, 1\n")
     (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
@@ -232,6 +247,13 @@ def by_name() -> dict[str, Any]:
         "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "MeshForce.load.path": folder / "law.nc", "ste_from_table.path": folder / "te.csv",
+        "pitch_chart.path": folder / "chart.csv", "flank_traces.path": folder / "trace.csv", "crack.lost": 0.1,
+        "wobble.amplitude": 5 * um, "iso1328.accuracy_class": 6, "iso1328.edition": 1995, "drawn_deviations.seed": 1,
+        "drawn_deviations.tolerances": made["FlankTolerances"], "drawn_deviations.profiles": False,
+        "drawn_deviations.leads": False, "run_out.z": 57, "run_out.amplitude": 5 * um, "missing.z": 57,
+        "missing.teeth": [3], "tooth_pair_map.resolution": COARSE_SLICES, "tooth_pair_map.checks": 0,
+        "MeshForce.from_tooth_pairs.pairs": tooth_pairs(), "MeshForce.from_tooth_pairs.coast": None,
+        "MeshForce.ste.torque": [10.0], "MeshForce.ste.phases": 4,
         "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
         "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
@@ -241,6 +263,9 @@ def by_name() -> dict[str, Any]:
         "local.distance": mm, "start.friction": True, "start.zeroed": True,
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "direction_of.stage": made["Stage"], "start.carrier": True,
+        "ring_modes.pair": thin_ring_pair(bolted()), "ring_modes.resolution": COARSE, "ring_modes.number": 4,
+        "without_ring_modes.ste": ring_map(), "without_ring_modes.modes": ring_modes(), "Planetary.ring_modes": None,
+        "RingSensor.quantity": "displacement", "ring_damping_ratio": 0.01,
         "planetary_phases.pitches": 1, "RingSensor.influence": np.cos, "RingSensor.angle": 0.5,
         "RingSensor.direction": "radial",
         "RingSensor.signal.run": run_of_a_set(), "RingSensor.signal.ring": "ring",
@@ -274,6 +299,7 @@ def by_name() -> dict[str, Any]:
         "integrator.mbs": two_bodies()[1], "modes.speed": 10.0,
         "bending_frequencies.speed": 10.0, "campbell.harmonics": 2,
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
+        "animate_gearbox.path": folder / "gearbox.gif", "turn": 1.0,
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], speed=(0.0, 60.0), load=100.0),
         "tooth_damage.stresses": stresses().assign_attrs(shared_map().attrs), "tooth_damage.torque": [100.0],
@@ -290,7 +316,7 @@ def of_sets() -> dict[str, Any]:
     """Arguments of functions of planetary sets, and of their plots."""
     phases, turn, of_set = planetary().mesh_phases(), np.linspace(0.0, 40.0, 2001), planetary()
     heard = exugear.recorded_signal(turn, np.ones(turn.size), np.cos(90 * turn))
-    numbers = {"harmonics": 1, "carrier_orders": 1, "members": [], "revolutions": None}
+    numbers = {"harmonics": 1, "carrier_orders": 1, "members": [], "mesh": "ring", "revolutions": None}
     lines = exugear.side_bands(heard, of_set, harmonics=1, carrier_orders=1)
     return {f"side_bands.{name}": value for name, value in numbers.items()} | {
         "side_bands.signal": heard, "side_bands.planetary": of_set, "force_seen_from_ring.run": run_of_a_set(),

@@ -2,6 +2,7 @@
 
 import coast_down
 import ev_reducer
+import growing_crack
 import hand_built_contact
 import helical_and_spur
 import measured_table
@@ -9,8 +10,10 @@ import numpy as np
 import parameter_variation
 import planet_phasing
 import pytest
+import ring_that_bends
 import run_report
 import shuttling
+import side_bands
 import steady_states
 import tip_relief
 import wind_turbine
@@ -129,3 +132,32 @@ def test_a_displaced_pin_fills_the_orders_between_those_that_equal_planets_excit
     assert equal["level"].sel(order=93) == 0 and equal["level"].sel(order=[90, 96]).values == pytest.approx(-6, abs=0.1)
     assert unequal["mean_amplitude"].values[~passes].min() > 1000 * equal["mean_amplitude"].values[~passes].max()
     assert unequal["cause"].sel(order=92).item().startswith("once per turn of carrier or ring")
+
+
+@pytest.mark.slow
+def test_a_ring_on_bolts_hears_three_planets_at_every_third_order(tmp_path):
+    lines = ring_that_bends.main(tmp_path, quick=True)
+    passes, others = ([x for order, x in lines.items() if (order % 3 == 0) is wanted] for wanted in (True, False))
+    assert max(others) < 0.05 * max(passes)
+    assert min(lines[96], lines[102]) > lines[99]
+
+
+def test_side_bands_and_ghost_of_a_real_pinion_are_those_of_its_transmission_error(tmp_path):
+    orders = side_bands.main(tmp_path, quick=True)
+    alike, real = (np.array(orders[name]) for name in ("teeth alike", "real pinion"))
+    numbers = list(side_bands.ORDERS)
+    assert real[1, numbers] == pytest.approx(real[0, numbers], rel=0.03, abs=0.01 * um)
+    assert real[1, 1] == pytest.approx(side_bands.RUN_OUT, rel=0.1)
+    assert real[1, side_bands.GHOST] == pytest.approx(side_bands.WAVE, rel=0.15)
+    assert (alike[1, [1, 22, 24, side_bands.GHOST]] < 0.01 * um).all()
+
+
+@pytest.mark.slow
+def test_a_crack_of_a_tenth_of_the_stiffness_is_told_through_noise_of_20_db(tmp_path):
+    """The change of the average since the sound gear: noise has a kurtosis of 3, the tooth with the crack stands out."""
+    seen = growing_crack.main(tmp_path, quick=True)
+    change = {lost: x[growing_crack.CHANGE].dropna("average").values for lost, x in seen.items()}
+    assert (change[0.0] < 4.5).all()
+    assert (change[0.1] > 9).all()
+    assert (change[0.3] > change[0.1]).all()
+    assert (seen[0.3]["NA4"].values.min() > 1.3 * seen[0.0]["NA4"].values).all()

@@ -116,6 +116,25 @@ def test_the_order_of_the_gears_in_the_map_does_not_matter():
         exugear.dynamic_stress(run, stresses().isel(gear=[1]))
 
 
+def test_unequal_teeth_have_stresses_of_their_own_over_as_many_pitches_as_the_law():
+    """Three pitches of which the second has half the stress again: told by whole pitches of the phase."""
+    data = slow_run().data
+    label = str(data["stage"].values[0])
+    uneven, one = data.assign_attrs({f"{label}_pitches": 3}), stresses()
+    pitches = [one.assign_coords(phase=one["phase"] + k) * (1.5 if k == 1 else 1.0) for k in range(3)]
+    stress = exugear.dynamic_stress(uneven, xr.concat(pitches, "phase").assign_attrs(one.attrs))["root_stress"]
+    phase = data["phase"].values[0]
+    number = np.floor(phase % 3)
+    factor = np.where(number == 1, 1.5, 1.0)
+    clear = (phase % 1) < 0.99
+    expected = factor * root_at(data["mesh_force"].values[0] * R_B, phase)
+    assert stress.sel(gear="pinion").values[clear] == pytest.approx(expected[clear], rel=1e-3)
+    with pytest.raises(ValueError, match=r"stresses run over 1 pitch, the law of stage .* over 3: its teeth differ"):
+        exugear.dynamic_stress(uneven, one)
+    with pytest.raises(ValueError, match=r"stresses run over 3 pitches, the law of stage .* over 1"):
+        exugear.dynamic_stress(data, xr.concat(pitches, "phase").assign_attrs(one.attrs))
+
+
 def test_runs_beyond_the_map_and_foreign_maps_are_refused(tmp_path):
     run = slow_run(duration=0.02)
     with pytest.raises(ValueError, match=r"stresses end at 100 N m, the run reaches 1[45]"):

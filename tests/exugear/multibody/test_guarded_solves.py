@@ -8,6 +8,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 from paper_gears import paper_gear, paper_pair
+from planetary_boxes import planetary_box
 from scenes import INERTIA, linear_law, smooth_box
 
 import exugear
@@ -124,6 +125,16 @@ def test_public_functions_of_a_model_wait_for_their_turn(monkeypatch, verb):
     with pytest.raises(StopIteration):
         getattr(exugear, verb)(model, **{name: given[name] for name in needed.get(verb, [])})
     assert taken == [verb]
+
+
+def test_a_planet_that_carries_nothing_is_not_told_to_turn_its_direction():
+    """The direction of a stage follows from the gearbox; its pin stands too far with the force."""
+    model = exugear.build(planetary_box(pin_errors=[60 * um, 0.0, 0.0]))
+    with pytest.warns(
+        UserWarning, match="teeth of stage .* never touched, it carried no load: .* raise the load"
+    ) as both:
+        exugear.run_up(model, speed=10.0, load=100.0, duration=1e-4, progress=False, checks=0)
+    assert len(both) == 2 and not any("direction" in str(each.message) for each in both)
 
 
 def test_a_contact_that_never_closes_says_so_once(mbs):

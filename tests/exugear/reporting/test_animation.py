@@ -6,6 +6,7 @@ from matplotlib.animation import FFMpegWriter
 from modal_boxes import three_shafts
 from paper_gears import few_teeth
 from PIL import Image, ImageSequence
+from planetary_boxes import planar_box, planetary_box
 
 import exugear
 import fem
@@ -39,6 +40,20 @@ def test_the_film_of_a_mode_goes_there_and_back(tmp_path):
     with pytest.raises(ValueError, match="mode must lie in"):
         exugear.animate_mode(modes, 1000, tmp_path / "none.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["mode.gif"]
+
+
+@pytest.mark.parametrize("box", [planetary_box, planar_box])
+def test_the_film_of_a_set_turns_from_planet_to_planet(tmp_path, box):
+    """Planets on ideal and on elastic pins orbit by 120 deg; the state of the model stays."""
+    model = exugear.build(box())
+    before = model.mbs.systemData.GetODE2Coordinates()
+    options = {"frames": 4, "size": (150, 100), "progress": False}
+    frames = frames_of(exugear.animate_gearbox(model, tmp_path / "set.gif", **options))
+    changes = np.abs(frames - np.roll(frames, -1, axis=0)).mean(axis=(1, 2, 3))
+    assert len(frames) == 4 and changes.min() > 1
+    assert np.array_equal(before, model.mbs.systemData.GetODE2Coordinates())
+    with pytest.raises(ValueError, match="turn must be an angle other than 0"):
+        exugear.animate_gearbox(model, tmp_path / "none.gif", turn=0.0)
 
 
 def test_an_interrupted_film_leaves_the_old_file(tmp_path, monkeypatch):

@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from coupled_sets import ravigneaux
 from planetary_boxes import SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
 
 import exugear
@@ -67,3 +68,19 @@ def test_a_stage_behind_the_carrier_and_other_gearboxes_have_their_own_sections(
     alone = exugear.run_up(exugear.build(pair), speed=50.0, load=100.0, duration=1e-3, **OPTIONS)
     (path,) = exugear.report(alone, tmp_path / "pair.html")
     assert "Planetary set" not in path.read_text(encoding="utf-8")
+
+
+def test_a_ravigneaux_set_has_a_page_with_its_members_meshes_and_sharing(tmp_path):
+    box = exugear.Gearbox(ravigneaux(), driving="small", held="carrier", driven="ring")
+    run = exugear.run_up(exugear.build(box), speed=50.0, load=300.0, duration=2e-3, progress=False, checks=0)
+    page = exugear.report(run, tmp_path / "set.html")[0].read_text(encoding="utf-8")
+    for words in (
+        "Coupled planetary set on carrier",
+        "Members of the set",
+        "Meshes of the set",
+        "inner planet 3-planet 3",
+    ):
+        assert words in page
+    assert "The meshes with large carry no load." in page
+    assert "Load sharing at small: K_γ 1" in page
+    assert "-105" in page

@@ -1,5 +1,6 @@
 """Axes of carrier, ring and sun beside each other, and an eccentric carrier: shares of the planets over its turn."""
 
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from math import cos, pi
 
@@ -54,6 +55,19 @@ def test_on_elastic_pins_a_displaced_carrier_varies_the_shares_by_less():
     soft = SHIFT / (LOAD / SUN_PAIR.a) / (1 / (2 * 5e8 * cos(ALPHA) ** 2) + 1 / 1e8)
     turned_by = np.arange(3)[:, None] * 2 * pi / 3 + 25.0 * data["time"].values
     assert forces / forces.sum(axis=0) == pytest.approx(1 / 3 + soft * np.sin(turned_by), abs=2e-2 * soft)
+
+
+def test_parts_of_a_run_about_a_displaced_axis_give_the_serial_run():
+    """Later parts start from the equilibrium at the angle of their carrier."""
+    shafts = members()
+    shafts["sun"] = replace(shafts["sun"], offset=exugear.Placement(x=SHIFT))
+    model = exugear.build(exugear.Gearbox([planetary(waving_law(damping=6000.0), **shafts)], held="ring"))
+    options = {"speed": (50.0, 80.0), "load": LOAD, "duration": 0.4, "progress": False, "checks": 0}
+    serial = exugear.run_up(model, **options).data
+    with ProcessPoolExecutor(2) as executor:
+        parts = exugear.run_up(model, **options, executor=executor).data
+    assert "0 of the run integrated again" in parts.attrs["parts"]
+    assert float(np.abs(parts["dte"] - serial["dte"]).max()) < 1e-6 * float(serial["dte"].std())
 
 
 def test_an_eccentric_carrier_gives_shares_that_stay():

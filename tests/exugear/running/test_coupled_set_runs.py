@@ -1,12 +1,14 @@
 """Runs of stepped planets, Ravigneaux and Simpson sets whose members spin."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from coupled_sets import ravigneaux, simpson, stepped
-from planetary_boxes import STIFFNESS
+from coupled_sets import gear, ravigneaux, simpson, stepped
+from planetary_boxes import PIN, STIFFNESS
 
 import exugear
-from fem.units import um
+from fem.units import mm, um
 
 QUIET = {"progress": False, "checks": 0}
 
@@ -68,6 +70,31 @@ def test_a_ravigneaux_set_runs_with_both_suns_driven():
     assert w["ring"] == pytest.approx(carrier + 2 / 7 * (w["small"] - carrier), abs=0.2)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_ravigneaux_set_starts_where_inertia_presses_the_flanks_that_the_load_opens(side):
+    """A load that drives, against an acceleration: of the suns' meshes the inertia torques turn the force round."""
+    box = exugear.Gearbox(ravigneaux(law(50 * um), side), driving="small", held="large", driven="ring")
+    pressed = np.sign([box.static_forces(-300.0, acceleration)[0] for acceleration in (0.0, 3e4)])
+    assert pressed[0] == -pressed[1]
+    options = {"load": -300.0, "duration": 1e-3, "power": True, **QUIET}
+    run = exugear.run_up(exugear.build(box), speed=(50.0, 80.0), **options)
+    assert run.energy_balance().relative < 1e-8
+    assert run.data["mesh_force"].values[:, 0] == pytest.approx(box.static_forces(-300.0, 3e4), rel=0.01)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("ends", [("small", "large", "ring"), ("ring", "large", "small"), ("small", "carrier", "ring")])
+def test_a_ravigneaux_set_on_pins_starts_under_light_and_heavy_loads(ends, side):
+    """Back flanks push planets outwards, light loads press less than the displacements change the meshes."""
+    members = ravigneaux(law(50 * um), side, pin=PIN, inner={"pin": PIN})
+    box = exugear.Gearbox(members, **dict(zip(("driving", "held", "driven"), ends, strict=True)))
+    model = exugear.build(box)
+    for load in (1.0, 300.0):
+        data = exugear.run_up(model, speed=50.0, load=load, duration=1e-4, **QUIET).data
+        static = np.array(box.static_forces(load))
+        assert data["mesh_force"].values[:, 0] == pytest.approx(static, abs=2e-3 * np.abs(static).max())
+
+
 def test_stepped_planets_keep_their_energy_and_their_two_mesh_frequencies():
     run = exugear.run_up(
         exugear.build(exugear.Gearbox([stepped(law(amplitude=0.1))], held="ring")),
@@ -84,3 +111,27 @@ def test_a_stepped_set_has_the_rotational_modes_of_its_spins():
     data = exugear.modes(model, load=300.0, drive="free")
     assert np.count_nonzero(data["frequency"].values < 1e-3) == 1
     assert data["kind"].values.tolist().count("planet") == 2
+
+
+@pytest.mark.parametrize("thin", [0, 1])
+@pytest.mark.parametrize("at", ["sun", "ring"])
+def test_a_stepped_planet_with_thinner_teeth_at_either_step_takes_less(at, thin):
+    """Sun teeth: F_n - F_m = -k rho g / (1 + rho^2), rho = 36 / 21, of a gap g at the ring (g / rho if at the sun).
+
+    Stages that are written by hand have the same gaps.
+    """
+    thinner, rho = 20 * um, 36 / 21
+    steps = {"sun": gear(36), "ring": gear(21)}
+    shafts = []
+    for n in range(3):
+        gears = steps | ({at: replace(steps[at], s_n=steps[at].s_n - thinner)} if n == thin else {})
+        shafts.append(exugear.Shaft(f"planet {n + 1}", {0.0: gears["sun"], 40 * mm: gears["ring"]}))
+    boxes = [exugear.Gearbox([stepped(law(), planet=shafts)], held="ring")]
+    by_hand = [replace(x, phase=phase) for x, phase in zip(boxes[0].stages, boxes[0].phases, strict=True)]
+    boxes.append(exugear.Gearbox(by_hand, held="ring"))
+    for box in boxes:
+        data = exugear.run_up(exugear.build(box), speed=10.0, load=4000.0, duration=1e-3, **QUIET).data
+        of_sun = data["mesh_force"].values[::2, -1]
+        gap = thinner / 2 * np.cos(boxes[0].stages[0].pair.alpha_wt) / (rho if at == "sun" else 1)
+        less = STIFFNESS * rho * gap / (1 + rho**2)
+        assert np.delete(of_sun, thin) - of_sun[thin] == pytest.approx(less, rel=1e-5)

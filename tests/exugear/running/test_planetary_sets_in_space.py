@@ -121,6 +121,16 @@ def test_a_set_starts_with_a_planet_that_carries_nothing():
         assert forces[1:].min() > 0
 
 
+@pytest.mark.parametrize("box", [planetary_box, planar_box, helical_box])
+def test_energy_is_balanced_where_a_planet_carries_nothing_and_the_speed_rises(box):
+    """Its inertia torque acts on no tooth yet: it does not accelerate at first; later it strikes, as teeth of pairs."""
+    built = exugear.build(box(law=law_with_backlash(200 * um), pin_errors=[60 * um, 0.0, 0.0]))
+    run = exugear.run_up(built, speed=(50.0, 60.0), load=100.0, duration=0.01, power=True, **OPTIONS)
+    assert run.energy_balance(0.0, 0.001).relative < 5e-9
+    assert run.energy_balance().relative < 1e-7
+    assert float(run.data["mesh_force"][0].max()) > 0.0
+
+
 def test_a_planet_thrown_into_the_ring_stops_the_run():
     """m W^2 a / k = 150 um: both flanks of the ring mesh would carry, which its law does not know."""
     built = exugear.build(planar_box(law=law_with_backlash(50 * um)))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from coupled_sets import stepped
 from planetary_boxes import PIN, planetary, planetary_box, published_set, waving_law
 
 import exugear
@@ -62,6 +63,26 @@ def test_side_bands_of_equal_planets_are_those_of_the_phasing_rule(angles):
         assert [cause.startswith("planet pass") for cause in lines["cause"].values] == (
             passes & (offsets != 0)
         ).tolist()
+
+
+@pytest.mark.parametrize("mesh", ["ring", "sun"])
+def test_side_bands_of_stepped_planets_are_those_of_their_phases_at_sun_and_ring(mesh):
+    """The sun's meshes pass |z_r| z_1 / z_2 times a turn, not a whole number; phases are those of the set's table."""
+    of_set = stepped(angles=(0.0, 120 * deg + 2 * np.pi * 5 / 1140, 240 * deg))
+    phases, cycles = of_set.mesh_phases()[f"{mesh}_phase"].values, 81 * 36 / 21 if mesh == "sun" else 81
+    theta = np.linspace(0.0, 2 * np.pi * 33, 60_001)
+    passing = [
+        np.cos(cycles * theta + 2 * np.pi * phase) * (1 + np.cos(theta + angle))
+        for phase, angle in zip(phases, of_set.angles, strict=True)
+    ]
+    heard = exugear.recorded_signal(theta, np.ones(theta.size), sum(passing))
+    lines = exugear.side_bands(heard, of_set, harmonics=1, carrier_orders=1, mesh=mesh)
+    assert lines["order"].values == pytest.approx(cycles + np.array([-1, 0, 1]))
+    assert lines["mean_amplitude"].values == pytest.approx(
+        3 * np.array([0.5, 1, 0.5]) * lines["share"].values, abs=1e-3
+    )
+    assert float(lines["share"].min()) > 0.01
+    assert float(lines["share"].max()) < 0.999
 
 
 def test_errors_of_sun_and_planet_stand_at_their_own_turns():

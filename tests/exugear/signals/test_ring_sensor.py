@@ -153,3 +153,46 @@ def test_a_ring_on_bolts_bends_where_the_planet_passes():
         signal = exugear.RingSensor(angle, influence).signal(run)
         passing = float(signal["angle"][int(np.argmax(signal.values))])
         assert 0 < passing - angle < 0.3
+
+
+def elastic_turn(z: tuple[int, int, int], softer: float = 0.0) -> np.ndarray:
+    """Amplitudes of the acceleration by order of the carrier, of a ring on a bush by its modes."""
+    sun, planet = (fem.Gear(z=n, m_n=3 * mm, b=25 * mm, d_bore=20 * mm, s_n=4.6 * mm) for n in z[:2])
+    pair, bush = fem.GearPair(sun, planet), fem.Bush(radial=1e8, tangential=1e8)
+    sizes = {"d_a": (-z[2] - 1.6) * 3 * mm, "d_rim": (-z[2] + 10.5) * 3 * mm}
+    ring = fem.Gear(z=z[2], m_n=3 * mm, b=25 * mm, support=bush, **sizes)
+    ring_pair = fem.GearPair(planet, ring, a=-pair.a)
+    phase, force = np.arange(16) / 16, np.array([0.0, 500.0, 2000.0, 6000.0])
+
+    def mesh(factor: float) -> xr.Dataset:
+        te = np.multiply.outer(force, factor * 6e-8 * (1 + 0.05 * np.cos(2 * np.pi * phase)))
+        return fem.ste_map(ring_pair, force * planet.r_b, phase, te)
+
+    equal = mesh(1.0)
+    members = {"sun": exugear.Shaft("sun", {0.0: sun}), "ring": exugear.Shaft("ring", {0.0: ring})}
+    members["carrier"] = exugear.Shaft("carrier", {}, inertia=0.02, mass=5.0)
+    meshes = {"sun_mesh": waving_law(0.0), "ring_mesh": [mesh(1 + softer) if softer else equal, equal, equal]}
+    modes = fem.ring_modes(ring_pair, 13, resolution=COARSE)
+    of_set = exugear.Planetary(
+        **members, **meshes, sun_pair=pair, damping=3e4, ring_modes=modes, ring_damping_ratio=0.05
+    )
+    turn, number = 0.4, 12 * abs(z[2])
+    options = {"sample": turn / number, "step": turn / number / 68, "progress": False, "checks": 0}
+    drive = {"sun": 2 * np.pi / turn * (1 + abs(z[2]) / z[0])}
+    model = exugear.build(exugear.Gearbox([of_set], held="ring"))
+    run = exugear.run(model, drives=drive, loads={"carrier": 600.0}, duration=1.5 * turn, **options)
+    signal = exugear.RingSensor(0.3, quantity="acceleration").signal(run.data.isel(time=slice(-number, None)))
+    return 2 * np.abs(np.fft.rfft(signal.values)) / signal.size
+
+
+@pytest.mark.slow
+def test_an_elastic_ring_is_heard_at_multiples_of_the_number_of_planets():
+    """In a run with the modes of the ring: 96 and 102 by bending, 99 by breathing; of 92 teeth 90 and 93."""
+    bending, neighbours = elastic_turn((21, 39, -99)), elastic_turn((22, 35, -92))
+    for lines in (bending, neighbours):
+        between = np.arange(1, 300) % 3 != 0
+        assert lines[1:300][between].max() < 1e-3 * lines[1:300].max()
+    assert bending[99] < 0.1 * min(bending[96], bending[102])
+    assert sorted(np.argsort(neighbours[80:105])[-2:] + 80) == [90, 93]
+    unequal = elastic_turn((21, 39, -99), 0.05)
+    assert unequal[[97, 98, 100, 101]].min() > 0.2 * unequal[96]

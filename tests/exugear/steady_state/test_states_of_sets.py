@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, planar_box, planetary_box, waving_law
+from planetary_boxes import GEAR, helical_box, planar_box, planetary_box, waving_law
 from settled_runs import agree, settled_dte
 
 import exugear
@@ -25,7 +25,19 @@ def planets_on_pins():
     return planar_box(law=LAW, angles=UNEVEN), (200.0, 204.0), 1200.0
 
 
-@pytest.mark.parametrize("case", [pytest.param(spins, marks=pytest.mark.slow), phases_that_fall, planets_on_pins])
+def planets_in_space():
+    return helical_box(LAW, bearing=None, angles=UNEVEN), (200.0, 204.0), 1200.0
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(spins, marks=pytest.mark.slow),
+        phases_that_fall,
+        planets_on_pins,
+        pytest.param(planets_in_space, marks=pytest.mark.slow),
+    ],
+)
 def test_states_are_those_of_a_settled_run(case):
     """On pins in the frame of the carrier, displaced by centrifugal forces: the means are those of the run, too."""
     box, speed, load = case()

@@ -1,0 +1,375 @@
+"""The potential of a flank whose teeth differ, composed of those of single tooth pairs.
+
+Tooth pair p carries the load f_p = F_p(x_p; s_p) of a single one at the deflection x_p, at the position s_p on the path
+of contact, in pitches from the pitch point. Couplings c by the bodies of the gears, pitch deviations d and increments
+i of single teeth lie between x and the deflection y of the mesh:
+
+    x_p + i_p(f_p; s_p) + sum over q of c_pq f_q = y - d_p
+
+Newton's method solves for x. All forces derive from one potential, that of the single tooth pairs U_p:
+
+    V = sum f_p (y - d_p) - sum (f_p x_p - U_p) - sum of the work of i_p - f^T c f / 2,   dV/dy = sum f_p
+
+so that dF/dy = sum k_p r_p with (1 + (c + i') k) r = 1, and dV/dphase = sum dU_p/ds - sum of the work of di_p/ds
+- f^T (dc/ds) f / 2, which is the sum of derivatives at fixed f (`fem.ste.tooth_pairs`).
+"""
+
+from math import ceil, floor, inf, nan, sqrt
+from typing import NamedTuple
+
+from numba import carray
+
+from exugear.mesh_force.block_potential import CONTINUED, Potential, block_potential, centroid_of_block
+from exugear.mesh_force.kernel_records import doubles_at, reader, stack_of, start_of
+from exugear.mesh_force.layout import INCREMENT, TEETH
+from exugear.mesh_force.patches import Cell, Range, phase_cell, range_of, table_at
+from exugear.mesh_force.pchip import hermite, hermite_slope
+from fem.support.numba_cache import compiled
+
+#: Most tooth pairs that may touch at a time, and floats for each: its position, deflections, loads and their slopes.
+MOST, ROWS = 8, 17
+SPACE = MOST * (ROWS + 2 * MOST)
+S, FREE, X, LOAD, STIFFNESS, LOAD_BY_S, ENERGY, BY_S, BY_LEVER, INCREASE, INCREASE_SLOPE = range(11)
+RIGHT, FURTHER, TOOTH_1, TOOTH_2, LARGEST, UNLOADED = range(11, ROWS)
+MATRIX, COUPLINGS = ROWS, ROWS + MOST
+#: Newton's method ends where a step is this share of the deflection; the last step then changes the loads linearly.
+CONVERGED, STEPS = 1e-4, 40
+#: Gauss points and weights in [0, 1], exact for polynomials of the fifth degree.
+GAUSS = ((0.1127016653792583, 5 / 18), (0.5, 8 / 18), (0.8872983346207417, 5 / 18))
+teeth_at, increment_at = reader(TEETH), reader(INCREMENT)
+INCREMENT_SIZE = INCREMENT.itemsize
+
+
+class Increment(NamedTuple):
+    """Further deflection of a tooth [m], its slopes by load and position, its work [J] and the slope of that by s."""
+
+    value: float
+    by_load: float
+    by_s: float
+    work: float
+    work_by_s: float
+
+
+NONE = Increment(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@compiled
+def teeth_of(table):
+    """What a table is composed of."""
+    return teeth_at(start_of(table) + table.teeth)
+
+
+@compiled
+def single_of(teeth):
+    """The table of a single tooth pair."""
+    return table_at(start_of(teeth) + teeth.single_start)
+
+
+@compiled
+def pitch_of(teeth, start, tooth):
+    """Pitch deviation of a tooth [m], of those that begin at a start [bytes from the head]."""
+    return carray(doubles_at(start_of(teeth) + start + 8 * tooth), 1)[0]
+
+
+@compiled
+def coupling(teeth, distance, s):
+    """Coupling of the tooth pair at s with that at s + distance [m/N], and its slope by s."""
+    if distance > teeth.distances:
+        return 0.0, 0.0
+    n = teeth.coupled
+    at = min(max((s - teeth.coupled_first) * teeth.coupled_steps, 0.0), n - 1.0)
+    i = min(int(at), n - 2)
+    row = carray(doubles_at(start_of(teeth) + teeth.coupling_start + 16 * ((distance - 1) * n + i)), 4)
+    t, m = at - i, teeth.coupled_steps
+    slope = 0.0 if at == 0.0 or at == n - 1.0 else m * hermite_slope(t, row[0], row[1], row[2], row[3])
+    return hermite(t, row[0], row[1], row[2], row[3]), slope
+
+
+@compiled
+def increment(teeth, variant, s, load):
+    """`Increment` of a variant (>= 0) at a position under a load [N]."""
+    n, m = teeth.placed, teeth.loads
+    at = min(max((s - teeth.placed_first) * teeth.placed_steps, 0.0), n - 1.0)
+    i = min(int(at), n - 2)
+    t = at - i
+    within = min(sqrt(max(load, 0.0) / teeth.largest_load), 1.0)
+    u = within * (m - 1)
+    j = min(int(u), m - 2)
+    w, first = u - j, start_of(teeth) + teeth.increments_start
+    low, high = (
+        first + INCREMENT_SIZE * ((variant * n + i) * m + j),
+        first + INCREMENT_SIZE * ((variant * n + i + 1) * m + j),
+    )
+    a, b = increment_at(low), increment_at(high)
+    c, d = increment_at(low + INCREMENT_SIZE), increment_at(high + INCREMENT_SIZE)
+    p, q = hermite(t, a.value, a.by_s, b.value, b.by_s), hermite(t, c.value, c.by_s, d.value, d.by_s)
+    p_t, q_t = hermite(t, a.by_t, a.by_t_s, b.by_t, b.by_t_s), hermite(t, c.by_t, c.by_t_s, d.by_t, d.by_t_s)
+    p_s, q_s = hermite_slope(t, a.value, a.by_s, b.value, b.by_s), hermite_slope(t, c.value, c.by_s, d.value, d.by_s)
+    p_ts = hermite_slope(t, a.by_t, a.by_t_s, b.by_t, b.by_t_s)
+    q_ts = hermite_slope(t, c.by_t, c.by_t_s, d.by_t, d.by_t_s)
+    work = hermite(t, a.work, a.work_by_s, b.work, b.work_by_s)
+    work_by_s = hermite_slope(t, a.work, a.work_by_s, b.work, b.work_by_s)
+    for g in range(3):
+        x, weight = w * GAUSS[g][0], w * GAUSS[g][1] / (m - 1)
+        scale = 2.0 * teeth.largest_load * weight * (j + x) / (m - 1)
+        work += scale * hermite(x, p, p_t, q, q_t)
+        work_by_s += scale * hermite(x, p_s, p_ts, q_s, q_ts)
+    value, by_s = hermite(w, p, p_t, q, q_t), hermite(w, p_s, p_ts, q_s, q_ts)
+    by_load = 0.0
+    if within < 1.0:
+        # the slope by t vanishes at t = 0 as t does
+        by_t = hermite_slope(w, p, p_t, q, q_t) * (m - 1)
+        least = 1e-6
+        by_load = by_t / (2.0 * teeth.largest_load * max(within, least))
+    else:
+        beyond = load - teeth.largest_load
+        work, work_by_s = work + beyond * value, work_by_s + beyond * by_s
+    steps = teeth.placed_steps if 0.0 < at < n - 1.0 else 0.0
+    return Increment(value, by_load, steps * by_s, work, steps * work_by_s)
+
+
+@compiled
+def variant_of(teeth, start, tooth):
+    """Number of the increment of a tooth; -1: none."""
+    return int(carray(doubles_at(start_of(teeth) + start + 8 * tooth), 1)[0])
+
+
+@compiled
+def increments_of(teeth, variant_1, variant_2, s, load):
+    """`Increment` of both teeth of a tooth pair."""
+    if variant_1 < 0 and variant_2 < 0:
+        return NONE
+    a = increment(teeth, variant_1, s, load) if variant_1 >= 0 else NONE
+    b = increment(teeth, variant_2, s, load) if variant_2 >= 0 else NONE
+    return Increment(
+        a.value + b.value, a.by_load + b.by_load, a.by_s + b.by_s, a.work + b.work, a.work_by_s + b.work_by_s
+    )
+
+
+@compiled
+def phase_of(table, cell: Cell):
+    """Phase [pitches] of a cell of a table."""
+    return (cell.low + cell.share) / table.steps_in_pitch
+
+
+@compiled
+def place_pairs(teeth, phase, space):
+    """Write position, pitch deviation and increments of all tooth pairs that may touch; the number of them."""
+    whole = int(floor(phase))  # noqa: RUF046 (a float in compiled code)
+    ahead = phase - whole
+    k, n = int(ceil(teeth.first - ahead)), 0  # noqa: RUF046
+    while ahead + k <= teeth.last and n < MOST:
+        tooth_1, tooth_2 = (k - whole) % teeth.z_1, (whole - k) % teeth.z_2
+        d_1, d_2 = pitch_of(teeth, teeth.pitch_1_start, tooth_1), pitch_of(teeth, teeth.pitch_2_start, tooth_2)
+        s = ahead + k + min(max((d_2 - d_1) * teeth.turn, -0.05), 0.05)
+        if teeth.first <= s <= teeth.last:
+            space[S * MOST + n], space[FREE * MOST + n] = s, d_1 + d_2
+            space[TOOTH_1 * MOST + n] = variant_of(teeth, teeth.variant_1_start, tooth_1)
+            space[TOOTH_2 * MOST + n] = variant_of(teeth, teeth.variant_2_start, tooth_2)
+            n += 1
+        k += 1
+    return n
+
+
+@compiled
+def solve_in_place(space, n, columns):
+    """Replace n values from RIGHT on, and from FURTHER on where there are two columns, by the solution of MATRIX."""
+    for i in range(n):
+        pivot = space[(MATRIX + i) * MOST + i]
+        for j in range(i + 1, n):
+            factor = space[(MATRIX + j) * MOST + i] / pivot
+            for k in range(i + 1, n):
+                space[(MATRIX + j) * MOST + k] -= factor * space[(MATRIX + i) * MOST + k]
+            for c in range(columns):
+                space[(RIGHT + c) * MOST + j] -= factor * space[(RIGHT + c) * MOST + i]
+    for c in range(columns):
+        for i in range(n - 1, -1, -1):
+            value = space[(RIGHT + c) * MOST + i]
+            for k in range(i + 1, n):
+                value -= space[(MATRIX + i) * MOST + k] * space[(RIGHT + c) * MOST + k]
+            space[(RIGHT + c) * MOST + i] = value / space[(MATRIX + i) * MOST + i]
+
+
+@compiled
+def composed_range(table, block, cell: Cell):
+    """`Range` of a composed law: where the first tooth pair touches, and up to where all reach."""
+    teeth, space = teeth_of(table), carray(stack_of(SPACE), SPACE)
+    single, n = single_of(teeth), place_pairs(teeth, phase_of(table, cell), space)
+    unloaded, unloaded_slope, end, end_slope, largest_force = inf, 0.0, inf, 0.0, 0.0
+    for p in range(n):
+        s = space[S * MOST + p]
+        extent = range_of(single, block, phase_cell(single, s - teeth.first))
+        further = increments_of(teeth, int(space[TOOTH_1 * MOST + p]), int(space[TOOTH_2 * MOST + p]), s, 0.0)
+        touches = extent.unloaded + space[FREE * MOST + p] + further.value
+        if touches < unloaded:
+            unloaded, unloaded_slope = touches, extent.unloaded_slope + further.by_s
+        if touches + extent.largest < end:
+            end, end_slope = touches + extent.largest, extent.unloaded_slope + further.by_s + extent.largest_slope
+            largest_force = extent.largest_force
+    return Range(unloaded, unloaded_slope, end - unloaded, end_slope - unloaded_slope, largest_force)
+
+
+@compiled
+def composed_potential(table, block, cell: Cell, deflection, lever):
+    """`Potential` of a composed law; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
+    teeth, space = teeth_of(table), carray(stack_of(SPACE), SPACE)
+    single, n = single_of(teeth), 0
+    least, largest_force, end = inf, 0.0, inf
+    for p in range(place_pairs(teeth, phase_of(table, cell), space)):
+        s, free = space[S * MOST + p], deflection - space[FREE * MOST + p]
+        one, two = space[TOOTH_1 * MOST + p], space[TOOTH_2 * MOST + p]
+        at = phase_cell(single, s - teeth.first)
+        extent = range_of(single, block, at)
+        free -= increments_of(teeth, int(one), int(two), s, 0.0).value
+        touches = extent.unloaded
+        if lever != 0.0 and single.has_centroid != 0:
+            touches += lever * centroid_of_block(single, block, at, extent, 0.0).value
+        least = min(least, touches - free)
+        if free > touches:
+            space[S * MOST + n], space[FREE * MOST + n] = s, deflection - space[FREE * MOST + p]
+            # couplings only add to deflections
+            space[X * MOST + n] = free
+            space[UNLOADED * MOST + n], space[STIFFNESS * MOST + n] = touches, extent.largest_force / extent.largest
+            space[INCREASE * MOST + n], space[INCREASE_SLOPE * MOST + n] = space[FREE * MOST + n] - free, 0.0
+            space[LARGEST * MOST + n] = free if one < 0.0 and two < 0.0 else extent.unloaded + extent.largest
+            space[TOOTH_1 * MOST + n], space[TOOTH_2 * MOST + n] = one, two
+            largest_force = max(largest_force, extent.largest_force)
+            if free - touches > (1.0 + CONTINUED) * extent.largest:
+                end = min(end, deflection - (free - touches) + extent.largest)
+            n += 1
+    if n == 0:
+        return Potential(0.0, -least, 0.0, 0.0, 0.0, 0.0, 0.0, largest_force)
+    if end < inf:
+        raise ValueError(deflection, end, nan, nan, table.side)
+    return solved_potential(teeth, single, block, lever, n, -least, largest_force, space)
+
+
+@compiled
+def solved_potential(teeth, single, block, lever, n, penetration, largest_force, space):
+    """`Potential` of n tooth pairs that touch where no other does."""
+    if n > 1:
+        write_couplings(teeth, n, space)
+        begin(n, space)
+    for _ in range(STEPS):
+        varies, largest = write_loads(teeth, single, block, lever, n, space), 0.0
+        if n == 1 and not varies:
+            break
+        write_system(n, space)
+        solve_in_place(space, n, 1)
+        for p in range(n):
+            largest = max(largest, abs(space[RIGHT * MOST + p]))
+        if largest <= CONVERGED * penetration:
+            apply_last_step(n, space)
+            break
+        for p in range(n):
+            space[X * MOST + p] = min(space[X * MOST + p] - space[RIGHT * MOST + p], space[LARGEST * MOST + p])
+    return summed(teeth, n, penetration, largest_force, space)
+
+
+@compiled
+def write_loads(teeth, single, block, lever, n, space):
+    """Write the potentials of single tooth pairs at the deflections X, and increments; whether there are any."""
+    varies = False
+    for p in range(n):
+        s, one, two = space[S * MOST + p], int(space[TOOTH_1 * MOST + p]), int(space[TOOTH_2 * MOST + p])
+        u = block_potential(single, block, phase_cell(single, s - teeth.first), space[X * MOST + p], lever)
+        space[LOAD * MOST + p], space[STIFFNESS * MOST + p], space[LOAD_BY_S * MOST + p] = (
+            u.force,
+            u.stiffness,
+            u.force_by_phase,
+        )
+        # the part of the potential that is stationary at the solution
+        space[ENERGY * MOST + p] = u.energy + u.force * (space[FREE * MOST + p] - space[X * MOST + p])
+        space[BY_S * MOST + p], space[BY_LEVER * MOST + p] = u.by_phase, u.by_lever
+        space[INCREASE * MOST + p], space[INCREASE_SLOPE * MOST + p] = 0.0, 0.0
+        if one >= 0 or two >= 0:
+            varies = True
+            further = increments_of(teeth, one, two, s, u.force)
+            space[INCREASE * MOST + p], space[INCREASE_SLOPE * MOST + p] = further.value, further.by_load
+            space[ENERGY * MOST + p] -= further.work
+            space[BY_S * MOST + p] -= further.work_by_s
+    return varies
+
+
+@compiled
+def apply_last_step(n, space):
+    """Change loads and their slopes linearly by the last step of Newton's method."""
+    for p in range(n):
+        step, load = -space[RIGHT * MOST + p], space[LOAD * MOST + p]
+        further = space[STIFFNESS * MOST + p] * step
+        space[LOAD * MOST + p] = load + further
+        space[BY_S * MOST + p] += space[LOAD_BY_S * MOST + p] * step
+        if load > 0.0:
+            space[BY_LEVER * MOST + p] *= 1.0 + further / load
+
+
+@compiled
+def write_couplings(teeth, n, space):
+    """Write couplings above, and their slopes by the position below the diagonal of COUPLINGS."""
+    for p in range(n):
+        for q in range(p + 1, n):
+            s = space[S * MOST + p]
+            c, c_s = coupling(teeth, int(space[S * MOST + q] - s + 0.5), s)
+            space[(COUPLINGS + p) * MOST + q], space[(COUPLINGS + q) * MOST + p] = c, c_s
+
+
+@compiled
+def begin(n, space):
+    """Write deflections X from secant stiffnesses, from which Newton's method begins."""
+    for p in range(n):
+        space[LOAD * MOST + p] = space[STIFFNESS * MOST + p] * (space[X * MOST + p] - space[UNLOADED * MOST + p])
+    write_system(n, space)
+    solve_in_place(space, n, 1)
+    for p in range(n):
+        space[X * MOST + p] = min(space[X * MOST + p] - space[RIGHT * MOST + p], space[LARGEST * MOST + p])
+
+
+@compiled
+def write_system(n, space):
+    """Write the matrix 1 + (c + i') k, and what is not balanced into RIGHT."""
+    for p in range(n):
+        space[RIGHT * MOST + p] = space[X * MOST + p] + space[INCREASE * MOST + p] - space[FREE * MOST + p]
+        space[(MATRIX + p) * MOST + p] = 1.0 + space[INCREASE_SLOPE * MOST + p] * space[STIFFNESS * MOST + p]
+    for p in range(n):
+        for q in range(p + 1, n):
+            c = space[(COUPLINGS + p) * MOST + q]
+            space[(MATRIX + p) * MOST + q] = c * space[STIFFNESS * MOST + q]
+            space[(MATRIX + q) * MOST + p] = c * space[STIFFNESS * MOST + p]
+            space[RIGHT * MOST + p] += c * space[LOAD * MOST + q]
+            space[RIGHT * MOST + q] += c * space[LOAD * MOST + p]
+
+
+@compiled
+def summed(teeth, n, penetration, largest_force, space):
+    """`Potential` from the loads of n tooth pairs."""
+    energy, force, by_phase, by_lever, force_by_s = 0.0, 0.0, 0.0, 0.0, 0.0
+    for p in range(n):
+        energy, force = energy + space[ENERGY * MOST + p], force + space[LOAD * MOST + p]
+        by_phase, by_lever = by_phase + space[BY_S * MOST + p], by_lever + space[BY_LEVER * MOST + p]
+        force_by_s += space[LOAD_BY_S * MOST + p]
+    one, two = int(space[TOOTH_1 * MOST]), int(space[TOOTH_2 * MOST])
+    if n == 1 and one < 0 and two < 0:
+        stiffness = space[STIFFNESS * MOST]
+        return Potential(energy, penetration, force, stiffness, force_by_s, by_phase, by_lever, largest_force)
+    write_system(n, space)
+    for p in range(n):
+        s, load, by_s = space[S * MOST + p], space[LOAD * MOST + p], space[LOAD_BY_S * MOST + p]
+        one, two = int(space[TOOTH_1 * MOST + p]), int(space[TOOTH_2 * MOST + p])
+        space[RIGHT * MOST + p], space[FURTHER * MOST + p] = 1.0, 0.0
+        if one >= 0 or two >= 0:
+            further = increments_of(teeth, one, two, s, load)
+            space[FURTHER * MOST + p] = -further.by_s - further.by_load * by_s
+    for p in range(n):
+        for q in range(p + 1, n):
+            c, c_s = space[(COUPLINGS + p) * MOST + q], space[(COUPLINGS + q) * MOST + p]
+            load_p, load_q = space[LOAD * MOST + p], space[LOAD * MOST + q]
+            energy -= c * load_p * load_q
+            by_phase -= c_s * load_p * load_q
+            space[FURTHER * MOST + p] -= c_s * load_q + c * space[LOAD_BY_S * MOST + q]
+            space[FURTHER * MOST + q] -= c_s * load_p + c * space[LOAD_BY_S * MOST + p]
+    solve_in_place(space, n, 2)
+    stiffness = 0.0
+    for p in range(n):
+        stiffness += space[STIFFNESS * MOST + p] * space[RIGHT * MOST + p]
+        force_by_s += space[STIFFNESS * MOST + p] * space[FURTHER * MOST + p]
+    return Potential(energy, penetration, force, stiffness, force_by_s, by_phase, by_lever, largest_force)

@@ -1,0 +1,232 @@
+"""Tooth pairs of which a force law over a long period is composed: as data, from their map, and as packed arrays."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import ceil, nan
+from typing import Any
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from exugear.mesh_force.kernel_records import record_of
+from exugear.mesh_force.layout import INCREMENT, TEETH, start_of_field
+from fem.ste.load_interpolation import deflection_under, over_parts
+from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_of
+from fem.support.validation import set_fields
+
+#: Positions in a pitch of single tooth pairs in a law, and number of t of increments.
+STEPS, INCREMENT_LOADS = 128, 21
+#: Loads of a single tooth pair: least over the lowest of the map, how many below it and up to the largest one, and from
+#: there to this multiple of it, along the last stiffness.
+LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
+#: Unloaded deflection of a single tooth pair up to which it is on the path of contact [m].
+TOUCHING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class ToothPairs:
+    """What a `MeshForce` over a long period is composed of.
+
+    single              law of a single tooth pair over its position: phase 0 is at the position first
+    first, last         positions between which tooth pairs may touch, in pitches from the pitch point
+    pitch_1, pitch_2    (z,) pitch deviations of the teeth of pinion and wheel [m]
+    variant_1, variant_2
+                        (z,) numbers of their increments; -1: none
+    coupling            (n_distance, n) transmission error of a tooth pair per load on that 1, 2, ... pitches ahead
+                        [m/N]
+    coupled_first       position of the first coupling; there are coupled_steps in a pitch
+    increments          (n_variant, n, n_t) change of the deflection of a tooth [m], over its position and t
+    placed_first        position of the first increment, placed_steps in a pitch
+    largest_load        load of the last increment [N]: t = sqrt(load / largest_load), evenly spaced
+    error, error_rms    largest and root mean square difference of the law from contacts that were solved whole [m]; NaN
+                        where none were
+    turn                share of a pitch by which a difference of pitch deviations turns the teeth [1/m]
+    """
+
+    single: Any
+    first: float
+    last: float
+    pitch_1: np.ndarray
+    pitch_2: np.ndarray
+    variant_1: np.ndarray
+    variant_2: np.ndarray
+    coupling: np.ndarray
+    coupled_first: float
+    coupled_steps: float
+    increments: np.ndarray
+    placed_first: float
+    placed_steps: float
+    largest_load: float
+    turn: float
+    error: float = nan
+    error_rms: float = nan
+
+    def __post_init__(self):
+        for name in ("pitch_1", "pitch_2", "coupling", "increments"):
+            set_fields(self, **{name: np.array(getattr(self, name), float)})
+
+    @property
+    def proud(self) -> float:
+        """Least sum of deviations of two teeth that meet [m]: < 0 where they stand proud."""
+        least = float(self.pitch_1.min() + self.pitch_2.min())
+        if not self.increments.size:
+            return least
+        touches = self.single.deflection[..., 0].reshape(-1, self.single.phase.size).min(axis=0)
+        place = self.placed_first + np.arange(self.increments.shape[1]) / self.placed_steps
+        on_path = np.interp(place, self.first + self.single.phase, touches) < TOUCHING
+        return least + float(self.increments[:, on_path, 0].min(initial=0.0))
+
+    def without_deviations(self) -> "ToothPairs":
+        """Tooth pairs that are all alike."""
+        none = {f"pitch_{i}": np.zeros(1) for i in (1, 2)} | {f"variant_{i}": np.full(1, -1) for i in (1, 2)}
+        return replace(self, **none, increments=self.increments[:0])
+
+    def table(self) -> np.record:
+        """The packed arrays behind the table of a law."""
+        single = self.single.table
+        coupling = _with_slopes(self.coupling)
+        increments = _nodes(self.increments, self.largest_load)
+        arrays = {
+            "pitch_1": self.pitch_1,
+            "pitch_2": self.pitch_2,
+            "variant_1": np.array(self.variant_1, float),
+            "variant_2": np.array(self.variant_2, float),
+            "coupling": coupling,
+        }
+        kind = np.dtype(
+            (
+                np.record,
+                np.dtype(
+                    [
+                        ("head", TEETH),
+                        *((name, "f8", values.shape) for name, values in arrays.items()),
+                        ("increments", INCREMENT, increments.shape),
+                        ("single", single.dtype),
+                    ],
+                    align=True,
+                ),
+            )
+        )
+        starts = {f"{name}_start": start_of_field(kind, name) for name in (*arrays, "increments", "single")}
+        head = record_of(
+            TEETH,
+            z_1=self.pitch_1.size,
+            z_2=self.pitch_2.size,
+            distances=len(self.coupling),
+            coupled=self.coupling.shape[1],
+            placed=self.increments.shape[1],
+            loads=INCREMENT_LOADS,
+            first=self.first,
+            last=self.last,
+            coupled_first=self.coupled_first,
+            coupled_steps=self.coupled_steps,
+            placed_first=self.placed_first,
+            placed_steps=self.placed_steps,
+            largest_load=self.largest_load,
+            turn=self.turn,
+            **starts,
+        )
+        return record_of(kind, head=head, **arrays, increments=increments, single=single)
+
+
+def _with_slopes(values: np.ndarray) -> np.ndarray:
+    """(n_distance, n, 2) values with their slopes per step."""
+    steps = np.arange(values.shape[1])
+    slopes = scipy.interpolate.CubicSpline(steps, values, axis=1)(steps, 1)
+    return np.stack([values, slopes], axis=-1)
+
+
+def _nodes(values: np.ndarray, largest_load: float) -> np.ndarray:
+    """(n_variant, n, n_t) records INCREMENT: flat at t = 0, where the load grows with t^2."""
+    nodes = np.zeros(values.shape, INCREMENT)
+    if not len(values):
+        return nodes
+    t, s = np.linspace(0, 1, values.shape[2]), np.arange(values.shape[1])
+    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
+    nodes["value"], nodes["by_t"] = values, over_t(t, 1) * t[1]
+    points, weights = np.polynomial.legendre.leggauss(3)
+    inner = (t[:-1, None] + t[1] * (points + 1) / 2).ravel()
+    shares = (over_t(inner) * inner * np.tile(weights / 2, t.size - 1) * t[1]).reshape(*values.shape[:2], -1, 3)
+    nodes["work"][..., 1:] = 2 * largest_load * np.cumsum(shares.sum(axis=-1), axis=-1)
+    for name, slope in (("value", "by_s"), ("by_t", "by_t_s"), ("work", "work_by_s")):
+        nodes[slope] = scipy.interpolate.CubicSpline(s, nodes[name], axis=1)(s, 1)
+    return nodes
+
+
+def tooth_pairs_of(data: xr.Dataset, law: type) -> ToothPairs:
+    """`ToothPairs` from `fem.tooth_pair_map`; law: the class of force laws."""
+    pair, parts = pair_of(data), np.asarray(data.attrs["parts"], float)
+    first, last = float(parts[0]), float(parts[-1])
+    variants = [data[f"{gear}_variant_of"].values for gear in ("pinion", "wheel")]
+    increments = [_increments(data, gear) for gear in ("pinion", "wheel")]
+    second = np.where(variants[1] >= 0, variants[1] + len(increments[0]), -1)
+    at = data["coupled_position"].values
+    return ToothPairs(
+        single=law(**_single(data, parts)),
+        first=first,
+        last=last,
+        pitch_1=data["pinion_pitch"].values,
+        pitch_2=data["wheel_pitch"].values,
+        variant_1=variants[0],
+        variant_2=second,
+        coupling=data["coupling"].values,
+        coupled_first=float(at[0]),
+        coupled_steps=float(1 / (at[1] - at[0])),
+        increments=np.concatenate(increments),
+        placed_first=float(data["increment_position"][0]),
+        placed_steps=float(1 / np.diff(data["increment_position"].values[:2])[0]),
+        largest_load=float(data["increment_torque"][-1]) / pair.pinion.r_b,
+        turn=1 / (2 * pair.p_bt),
+    )
+
+
+def rising(deflection: np.ndarray) -> np.ndarray:
+    """Deflections (..., n_load) that rise from load to load, where splines between far positions do not."""
+    growth = np.diff(deflection, axis=-1)
+    least = np.median(growth.reshape(-1, growth.shape[-1]), axis=0) / 20
+    floor = np.append(0.0, np.cumsum(least))
+    return np.maximum.accumulate(deflection - floor, axis=-1) + floor
+
+
+def _single(data: xr.Dataset, parts: np.ndarray) -> Mapping[str, Any]:
+    """Arguments of the law of a single tooth pair over its position."""
+    axes = {name: data[name].values for name in LAW_OFFSETS if name in data.dims}
+    dims = [TORQUE, *axes, "position"]
+    te, stiffness, centroid = (data[name].transpose(*dims).values for name in (TE, STIFFNESS, CENTROID))
+    loads = data[TORQUE].values[1:] / pair_of(data).pinion.r_b
+    force = np.r_[loads[0] * np.geomspace(LIGHTEST, 1, BELOW + 1)[:-1], np.geomspace(loads[0], loads[-1], WITHIN)]
+    within = te[:1] + deflection_under(loads, te[1:] - te[0], force, stiffness[1:])
+    further = loads[-1] * np.geomspace(1, LARGEST, BEYOND + 1)[1:]
+    across = (slice(None),) + (None,) * (te.ndim - 1)
+    beyond = te[-1] + (further - loads[-1])[across] / stiffness[-1]
+    deflection = np.concatenate([te[:1], within, beyond])
+    over = np.log(np.clip(np.r_[0, force, further], loads[0], loads[-1]))
+    moved = scipy.interpolate.PchipInterpolator(np.log(loads), centroid[1:])(over)
+    pitches = ceil(parts[-1] - parts[0] + 0.25)
+    phase = np.arange(pitches * STEPS) / STEPS
+    # the law is periodic, tooth pairs are not: behind the last position the curves return to the first
+    returns = np.clip((phase + parts[0] - parts[-1]) / (pitches - (parts[-1] - parts[0])), 0, 1)
+    returns = returns**2 * (3 - 2 * returns)
+
+    def at_phases(values: np.ndarray) -> np.ndarray:
+        curve = over_parts(data["position"].values, np.moveaxis(values, -1, 0), parts, phase + parts[0])
+        shares = returns.reshape(-1, *(1,) * (curve.ndim - 1))
+        return np.moveaxis((1 - shares) * curve + shares * curve[:1], (0, 1), (-2, -1))
+
+    return {
+        "phase": phase,
+        "deflection": rising(at_phases(deflection)),
+        "force_table": np.broadcast_to(np.r_[0, force, further], (*te.shape[1:-1], phase.size, len(deflection))),
+        "centroid": at_phases(moved) if np.abs(centroid).max() > 0 else 0.0,
+        "pitches": pitches,
+        "offsets": axes,
+    }
+
+
+def _increments(data: xr.Dataset, gear: str) -> np.ndarray:
+    """(n_variant, n, INCREMENT_LOADS) increments of a gear at evenly spaced positions and t."""
+    values = data[f"{gear}_increment"].transpose(f"{gear}_variant", "increment_position", "increment_torque").values
+    t = np.sqrt(data["increment_torque"].values / float(data["increment_torque"][-1]))
+    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
+    return over_t(np.linspace(0, 1, INCREMENT_LOADS))

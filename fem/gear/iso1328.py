@@ -1,0 +1,155 @@
+"""Tolerances of flanks by accuracy class (ISO 1328-1:1995 and 2013), and deviations that are drawn within them.
+
+All lengths in formulas are in mm, tolerances in um, times sqrt(2)^(class - 5). The edition of 1995 takes geometric
+means of the ranges in which diameter, module and face width lie; that of 2013 takes them as they are. F_r is that of
+ISO 1328-2:1997, and of annex E of the edition of 2013 (informative). Values are rounded as the standard says: above
+10 um to 1, from 5 um on to 0.5, below to 0.1 um.
+"""
+
+from dataclasses import dataclass, fields, replace
+from math import hypot, pi, sqrt
+
+import numpy as np
+
+from fem.gear.gear import Gear
+from fem.microgeometry.deviation import OnTooth, PitchDeviation
+from fem.microgeometry.modification import HelixSlope, Modification, ProfileCrowning, TipRelief
+from fem.support.arguments import checked
+from fem.support.representation import short
+from fem.support.validation import number, require
+from fem.units import mm, um
+
+#: Limits of the ranges of reference diameter, module and face width in the edition of 1995 [mm].
+DIAMETERS = 5, 20, 50, 125, 280, 560, 1000, 1600, 2500, 4000, 6000, 8000, 10000
+MODULES = 0.5, 2, 3.5, 6, 10, 16, 25, 40, 70
+WIDTHS = 4, 10, 20, 40, 80, 160, 250, 400, 650, 1000
+NAMES = "f_pt", "F_p", "F_alpha", "f_f_alpha", "f_H_alpha", "F_beta", "f_f_beta", "f_H_beta", "F_r"
+#: Limits of the edition of 2013 [mm], and the classes of each edition.
+LIMITS = {"d": (5, 15000), "m_n": (0.5, 70), "b": (4, 1200)}
+CLASSES = {1995: (0, 12), 2013: (1, 11)}
+#: Share of F_p of the index deviation that returns once per turn, before both are scaled.
+ONCE_PER_TURN = 0.7
+
+
+@short(**dict.fromkeys(NAMES, "um"))
+@dataclass(frozen=True)
+class FlankTolerances:
+    """Tolerances of the flanks of a gear [m] (ISO 1328-1).
+
+    f_pt        single pitch deviation, of either sign
+    F_p         total cumulative pitch deviation
+    F_alpha     total profile deviation; f_f_alpha: its form, f_H_alpha: its slope, of either sign
+    F_beta      total helix deviation; f_f_beta: its form, f_H_beta: its slope, of either sign
+    F_r         runout
+    """
+
+    f_pt: float
+    F_p: float
+    F_alpha: float
+    f_f_alpha: float
+    f_H_alpha: float
+    F_beta: float
+    f_f_beta: float
+    f_H_beta: float
+    F_r: float
+
+
+@checked
+def iso1328(gear: Gear, accuracy_class: int, *, edition: int = 2013) -> FlankTolerances:
+    """Tolerances of a gear by its accuracy class.
+
+    accuracy_class   0 to 12 in the edition of 1995, 1 to 11 in that of 2013
+    edition          1995 (F_r: ISO 1328-2:1997) or 2013
+
+    Raises ValueError for a class, an edition or a size that the standard does not know.
+    """
+    return tolerances(abs(2 * gear.r) / mm, gear.m_n / mm, gear.b / mm, accuracy_class, edition=edition)
+
+
+def tolerances(d: float, m_n: float, b: float, accuracy_class: int, *, edition: int = 2013) -> FlankTolerances:
+    """The same by reference diameter, normal module and face width [mm], as the tables of the standard give them."""
+    require(edition in CLASSES, f"edition must be 1995 or 2013, got {edition}")
+    low, high = CLASSES[edition]
+    within = f"accuracy_class of ISO 1328-1:{edition} must be a whole number from {low} to {high}, got {accuracy_class}"
+    require(number("accuracy_class", accuracy_class) % 1 == 0 and low <= accuracy_class <= high, within)
+    step = sqrt(2) ** (accuracy_class - 5)
+    if edition == 1995:
+        d, m, b = (_mean(*x) for x in (("d", d, DIAMETERS), ("m_n", m_n, MODULES), ("b", b, WIDTHS)))
+        values = {
+            "f_pt": 0.3 * (m + 0.4 * sqrt(d)) + 4,
+            "F_p": 0.3 * m + 1.25 * sqrt(d) + 7,
+            "F_alpha": 3.2 * sqrt(m) + 0.22 * sqrt(d) + 0.7,
+            "f_f_alpha": 2.5 * sqrt(m) + 0.17 * sqrt(d) + 0.5,
+            "f_H_alpha": 2 * sqrt(m) + 0.14 * sqrt(d) + 0.5,
+            "F_beta": 0.1 * sqrt(d) + 0.63 * sqrt(b) + 4.2,
+            "f_f_beta": 0.07 * sqrt(d) + 0.45 * sqrt(b) + 3,
+            "f_H_beta": 0.07 * sqrt(d) + 0.45 * sqrt(b) + 3,
+            "F_r": 0.24 * m + sqrt(d) + 5.6,
+        }
+    else:
+        for name, value in {"d": d, "m_n": m_n, "b": b}.items():
+            least, most = LIMITS[name]
+            require(least <= value <= most, f"{name} must lie in [{least}, {most}] mm of ISO 1328-1, got {value:g} mm")
+        cumulative = 0.002 * d + 0.55 * sqrt(d) + 0.7 * m_n + 12
+        values = {
+            "f_pt": 0.001 * d + 0.4 * m_n + 5,
+            "F_p": cumulative,
+            "f_f_alpha": 0.55 * m_n + 5,
+            "f_H_alpha": 0.4 * m_n + 0.001 * d + 4,
+            "f_f_beta": 0.07 * sqrt(d) + 0.45 * sqrt(b) + 4,
+            "f_H_beta": 0.05 * sqrt(d) + 0.35 * sqrt(b) + 4,
+            "F_r": 0.9 * cumulative,
+        }
+        values["F_alpha"] = hypot(values["f_H_alpha"], values["f_f_alpha"])
+        values["F_beta"] = hypot(values["f_H_beta"], values["f_f_beta"])
+    return FlankTolerances(**{part.name: _rounded(values[part.name] * step) * um for part in fields(FlankTolerances)})
+
+
+def _mean(name: str, value: float, limits: tuple[float, ...]) -> float:
+    """Geometric mean of the limits between which a value lies: above the lower and up to the upper one."""
+    within = f"{name} must lie in [{limits[0]:g}, {limits[-1]:g}] mm of ISO 1328-1:1995, got {value:g} mm"
+    require(limits[0] <= value <= limits[-1], within)
+    upper = next(i for i, limit in enumerate(limits) if i and value <= limit + 1e-9)
+    return sqrt(limits[upper - 1] * limits[upper])
+
+
+def _rounded(value: float) -> float:
+    """A tolerance [um] rounded as in the standard."""
+    digit = 1.0 if value > 10 else 0.5 if value >= 5 else 0.1
+    return round(value / digit) * digit
+
+
+@checked
+def drawn_deviations(
+    gear: Gear, tolerances: FlankTolerances, seed: int, *, profiles: bool = True, leads: bool = False
+) -> Gear:
+    """The gear with deviations of its left flanks that are drawn within tolerances; a seed gives the same ones again.
+
+    Index deviations are the sum of one that returns once per turn, of random phase, as runout makes it, and of random
+    ones of single teeth; they are scaled so that f_pt and F_p are kept, and the nearer of both is reached by a share
+    that is drawn from [1/2, 1].
+
+    profiles    whether the profiles of single teeth differ: by a slope within f_H_alpha and a crowning within f_f_alpha
+    leads       whether their helices differ: by a slope within f_H_beta
+
+    Raises ValueError for bad input.
+    """
+    require(seed >= 0, f"seed must be a whole number >= 0, got {seed}")
+    rng, z = np.random.default_rng(seed), abs(gear.z)
+    angle, once = rng.uniform(0, 2 * pi), 2 * pi * np.arange(z) / z
+    index = ONCE_PER_TURN * np.cos(once - angle) * tolerances.F_p / 2 + rng.normal(0, tolerances.f_pt / 4, z)
+    index -= index.mean()
+    pitch = np.abs(index - np.roll(index, 1)).max() / tolerances.f_pt
+    index *= rng.uniform(0.5, 1) / max(pitch, np.ptp(index) / tolerances.F_p)
+    flank: list[Modification] = [*gear.drive_flank, PitchDeviation(tuple(index.tolist()))]
+    for tooth in range(z):
+        parts: list[Modification] = []
+        if profiles:
+            slope, form = rng.uniform(-1, 1, 2) * (tolerances.f_H_alpha, tolerances.f_f_alpha)
+            length = gear.roll_tip - gear.roll_form
+            parts += [TipRelief(float(slope), length), ProfileCrowning(float(form))]
+        if leads:
+            parts.append(HelixSlope(float(rng.uniform(-1, 1) * tolerances.f_H_beta)))
+        if parts:
+            flank.append(OnTooth(tooth, tuple(parts)))
+    return replace(gear, flank=tuple(flank))

@@ -1,0 +1,98 @@
+"""Measured deviations of flanks from tables with units in their header: pitch charts, traces and topographies."""
+
+from math import pi
+
+import numpy as np
+
+from fem.gear.gear import Gear
+from fem.microgeometry.deviation import Grid, OnTooth, PitchDeviation
+from fem.microgeometry.modification import HelixSlope
+from fem.support.arguments import FilePath, Finite, checked
+from fem.support.tables import read_grid, read_table
+from fem.support.validation import require
+
+#: Largest sum of all single pitch deviations of a gear [m], which is 0 but for rounding.
+LARGEST_CLOSING_ERROR = 2e-6
+
+
+@checked
+def pitch_chart(path: FilePath, gear: Gear) -> PitchDeviation:
+    """Pitch deviations of a table with a line for each tooth, under the header tooth [1] and one of these columns.
+
+    removed [um]        material removed from the whole flank of the tooth
+    single_pitch [um]   deviation of the pitch from the tooth before it: > 0, a pitch that is too long, moves the left
+                        flank ahead, which adds material to it. Their sum around the gear is 0
+
+    path    text file; teeth are numbered from 0 or from 1 on, counter-clockwise, of an internal gear clockwise
+
+    Raises FileNotFoundError, and ValueError with the line of the file and a remedy for a unit that is missing or
+    unknown, NaN, a second header, a tooth that is missing or given twice.
+    """
+    columns = {"tooth": "1", "removed": "m", "single_pitch": "m"}
+    table = read_table(path, columns, optional=("removed", "single_pitch"), key=("tooth",))
+    given = [name for name in ("removed", "single_pitch") if name in table]
+    require(len(given) == 1, f"{path} must hold one of the columns removed and single_pitch, got {given}; remove one")
+    teeth, z = table["tooth"], abs(gear.z)
+    broken = teeth[teeth % 1 != 0]
+    require(not broken.size, f"{path}: tooth must be whole numbers, got {broken[:1]}")
+    first = int(teeth.min())
+    require(first in (0, 1), f"{path}: teeth must be numbered from 0 or 1 on, got {first} as the least")
+    missing = sorted({*range(first, first + z)} - {*teeth.astype(int).tolist()})
+    lacks = f"{path} lacks tooth {', '.join(map(str, missing[:5]))} of the {z} teeth from {first} to {first + z - 1}"
+    require(not missing, f"{lacks}; add a line for each")
+    further = teeth[teeth >= first + z]
+    require(
+        not further.size, f"{path} holds tooth {further[:1]}, but the gear has {z} teeth from {first} on; remove it"
+    )
+    values = table[given[0]][np.argsort(teeth)]
+    if given[0] == "single_pitch":
+        rest = abs(values.sum())
+        closes = f"single pitch deviations must add up to 0 around the gear, got {rest * 1e6:.3g} um in {path}"
+        require(rest <= LARGEST_CLOSING_ERROR, f"{closes}; check the unit and that all pitches are there")
+        values = -np.cumsum(values - values.mean())
+        values -= values.mean()
+    return PitchDeviation(tuple(values.tolist()))
+
+
+@checked
+def flank_traces(path: FilePath, gear: Gear) -> tuple[OnTooth, ...]:
+    """Profile traces, helix traces or topographies of single teeth, as deviations of these teeth on grids.
+
+    path    text file with a line for each point under the header tooth [1], roll [mm], axial [mm], removed [um].
+            Without roll they are helix traces, which hold over the whole profile, without axial profile traces, over
+            the width. The points of all teeth form one grid; teeth as in `pitch_chart`
+
+    Teeth that are not in the table have no such deviations. Raises as `pitch_chart`, and ValueError where a point of
+    the grid is missing.
+    """
+    axes = {"tooth": "1", "roll": "m", "axial": "m"}
+    lines, values = read_grid(path, axes, {"removed": "m"}, optional=("roll", "axial"))
+    require("tooth" in lines and len(lines) > 1, f"{path} must hold the column tooth, and roll or axial or both")
+    teeth, removed, z = lines["tooth"], values["removed"], abs(gear.z)
+    fits = bool((teeth % 1 == 0).all() and teeth[0] >= 0 and teeth[-1] <= z)
+    require(
+        fits, f"{path}: tooth must be whole numbers from 0 or 1 on, of {z} teeth, got {teeth[0]:g} to {teeth[-1]:g}"
+    )
+    first = 1 if teeth[-1] == z else 0
+    roll = lines.get("roll", np.array([gear.roll_form, gear.roll_tip]))
+    axial = lines.get("axial", np.array([-gear.b / 2, gear.b / 2]))
+    if "roll" not in lines:
+        removed = np.broadcast_to(removed[:, None, :], (teeth.size, 2, axial.size))
+    if "axial" not in lines:
+        removed = np.broadcast_to(removed[:, :, None], (teeth.size, roll.size, 2))
+    return tuple(
+        OnTooth(int(tooth) - first, (Grid(tuple(roll), tuple(axial), tuple(map(tuple, of_tooth.tolist()))),))
+        for tooth, of_tooth in zip(teeth, removed, strict=True)
+    )
+
+
+@checked
+def wobble(gear: Gear, amplitude: Finite, angle: Finite = 0.0) -> tuple[OnTooth, ...]:
+    """Helix slopes of a gear whose axis is tilted: tooth i of z has amplitude cos(2 pi i / z - angle).
+
+    amplitude   C_Hbeta [m] of the tooth where it is largest: the tilt times the face width
+    angle       of that tooth, counted as the teeth are [rad]
+    """
+    teeth = np.arange(abs(gear.z))
+    slopes = amplitude * np.cos(2 * pi * teeth / abs(gear.z) - angle)
+    return tuple(OnTooth(int(i), (HelixSlope(float(slope)),)) for i, slope in zip(teeth, slopes, strict=True))

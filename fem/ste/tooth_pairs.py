@@ -1,0 +1,386 @@
+"""Tooth pairs one by one: what a force law over a hunting period is composed of, where teeth differ.
+
+A pair of gears whose teeth differ repeats after z_1 z_2 / gcd pitches, too many for a map of all of them. The contact
+of several tooth pairs under a transmission error te is composed of
+
+    te - d_p = h_p(f_p; s_p) + sum over q of c_pq f_q     where f_p > 0, sum of f_p = mesh force
+
+with the deflection h of a tooth pair that carries the load f alone at the position s on the path of contact, the
+coupling c of two tooth pairs by the bodies of their gears, and the pitch deviations d. s counts in pitches from the
+pitch point on; the tooth pair with the number k is at s = phase + k. What single teeth have beside a pitch deviation
+changes h of their tooth pairs by an increment, solved with this tooth against a tooth of the mate without deviations.
+"""
+
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from math import ceil, lcm, tan
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from fem.contact.contact_slices import ContactSlices
+from fem.contact.coupling import compiled_compliance
+from fem.contact.line_contact import DEPTH, compliance_at
+from fem.contact.resolution import Resolution, Slices
+from fem.contact.tooth_contact import ToothContact
+from fem.gear.gear import Gear
+from fem.microgeometry.flank import alike_on_all_teeth, edges, of_single_tooth, pitch_deviations
+from fem.pair.mesh_position import MeshPosition
+from fem.pair.offsets import Offsets
+from fem.pair.pair import GearPair
+from fem.ste.inputs import check_offsets_mesh, checked_torque
+from fem.ste.load_interpolation import over_parts
+from fem.ste.map_solver import ContactModel, compliances_of
+from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_attributes
+from fem.support.arguments import Finite, checked
+from fem.support.blas_threads import one_thread
+from fem.support.progress import bar, shown
+from fem.support.representation import exact
+from fem.support.validation import require
+
+#: Loads of single tooth pairs over the largest mesh force: a tooth that stands proud carries all of it, a coupled one
+#: more.
+LOADS = np.geomspace(0.002, 1.6, 14)
+#: Loads at which increments are solved, over the largest of `LOADS`.
+INCREMENT_LOADS = np.array([0.0025, 0.01, 0.04, 0.16, 0.5, 1.0])
+#: Load at which the line loads are taken that couple tooth pairs, over the largest mesh force.
+COUPLED_LOAD = 0.3
+#: Loads of the states by which a law states its error, over the largest mesh force.
+CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
+#: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches
+#: beyond the ends of the path. Spur gears with linear reliefs need most.
+KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 8, 0.3
+#: Least length of a part of the path between kinks [pitches].
+SHORTEST_PART = 0.004
+#: Gap beyond the path up to which tooth pairs may touch [m].
+FURTHEST_GAP = 1e-3
+#: Steps in a pitch at which increments are given.
+INCREMENT_STEPS = 128
+POSITION, DISTANCE, INCREMENT_TORQUE = "position", "distance", "increment_torque"
+GEARS = "pinion", "wheel"
+
+
+@dataclass(frozen=True)
+class SinglePair:
+    """Tooth pair 0 alone: the model of its contact, and the forces and misalignments of its states.
+
+    bodies, slices   as `compliances_of` gives them
+    forces           (n,) mesh forces >= 0 [N]
+    """
+
+    model: ContactModel
+    bodies: tuple
+    slices: int
+    forces: np.ndarray
+
+    def at(self, a: float, axial: float, position: float) -> MeshPosition:
+        """The mesh with this tooth pair alone at a position [pitches]."""
+        return MeshPosition(self.model.pair, a, axial, position, candidates=range(1))
+
+    def contact(self, position: MeshPosition) -> ToothContact:
+        """The contact at a mesh position."""
+        return ToothContact(position, self.bodies[0], self.bodies[1], self.slices)
+
+    def states(self, at: tuple[float, float, float]) -> np.ndarray:
+        """`of` the tooth pair alone at (a, axial, position)."""
+        return self.of(self.at(*at))
+
+    def of(self, position: MeshPosition) -> np.ndarray:
+        """(3, n_force, n_misalignment) te [m], stiffness [N/m] and centroid [m] at a mesh position."""
+        contact = self.contact(position)
+        misalignment = self.model.misalignment(contact.position.alpha).ravel()
+        force, angle = np.broadcast_arrays(self.forces[:, None], misalignment)
+        loads = force.ravel(), angle.ravel()
+        with one_thread():
+            try:
+                by_slices = isinstance(self.model.resolution, Slices)
+                states = (contact.slice_quantities if by_slices else contact.strip_quantities)(*loads)
+            except RuntimeError:
+                if position.candidates is None or by_slices:
+                    raise
+                # far beyond the path, light loads at tip corners: strips are finer than the contact is known
+                states = contact.slice_quantities(*loads)
+        return np.array([states[name].reshape(force.shape) for name in (TE, STIFFNESS, CENTROID)])
+
+
+@checked
+def tooth_pair_map(
+    pair: GearPair,
+    torque: Finite,
+    *,
+    offsets: Offsets | None = None,
+    resolution: Resolution | Slices | None = None,
+    checks: int = 8,
+    executor: Executor | None = None,
+    progress: bool = True,
+) -> xr.Dataset:
+    """Deflections of single tooth pairs, their couplings, and the deviations of all teeth: for laws over long periods.
+
+    `exugear.MeshForce.from_tooth_pairs` composes a force law over all pitches of it, at the cost of a map of a few
+    pitches.
+
+    torque      largest pinion torque of the law [N m]
+    offsets     as in `static_transmission_error`; of the angles the misalignment alone may be an axis
+    checks      number of random phases of the period at which the contact of all tooth pairs is solved, too, under
+                three torques: the law states its error against them
+    resolution, executor, progress
+                as in `static_transmission_error`
+
+    Returns a dataset with these variables; the inputs are its attributes:
+
+    te              over (torque, *offsets, position): transmission error [m] of the tooth pair of flanks without what
+                    single teeth have, alone under the torque
+    stiffness, centroid
+                    likewise, as in a map
+    coupling        over (distance, position): transmission error of a tooth pair by a load on that which is further
+                    ahead by whole pitches [m/N]
+    pinion_pitch, wheel_pitch
+                    over the teeth of either gear: pitch deviations [m]
+    pinion_increment, wheel_increment
+                    over (pinion_variant or wheel_variant, increment_torque, position): change of te by what teeth have
+                    beside pitch deviations [m]
+    pinion_variant_of, wheel_variant_of
+                    over the teeth: number of the increment; -1: none
+
+    te_check        over (torque_check, phase_check): transmission error [m] of the whole contact
+
+    position        of the tooth pair on the path of contact, in pitches from the pitch point
+    parts           attribute: positions of the ends of the path and of kinks, between which te is smooth
+
+    Raises ValueError for bad input, RuntimeError if a contact does not converge.
+    """
+    offsets = Offsets() if offsets is None else offsets
+    values = offsets.values(pair)
+    check_offsets_mesh(pair, values["a"], values["axial"])
+    largest = float(checked_torque(pair, torque)[-1])
+    require(largest > 0, f"torque must be > 0 N m, the largest of the law, got {torque}")
+    turns = "tooth pairs of a ring on bolts or a bush differ with its angle"
+    require(not pair.wheel.support, f"{turns}; map it over ring_angles, and take fem.over_pitches")
+    axes = offsets.axes()
+    unknown = [name for name in axes if name not in LAW_OFFSETS]
+    require(not unknown, f"offsets of a force law may be {list(LAW_OFFSETS)}, got {unknown}; take misalignment")
+    alike = _with_flanks(pair, *(alike_on_all_teeth(gear.drive_flank) for gear in _gears(pair)))
+    force = largest / pair.pinion.r_b
+    model = ContactModel(pair, values, resolution or Resolution())
+    bodies, slices = compliances_of(pair, model.offsets, model.resolution)
+    nominal = SinglePair(replace(model, pair=alike), bodies, slices, force * np.append(0.0, LOADS))
+    parts = within_reach(nominal, parts_of_path(alike, float(values["a"].min())))
+    with shown(progress):
+        position = knots(parts, HELICAL_KNOTS if pair.beta_b else KNOTS)
+        states = _solved(nominal, position, executor, "single tooth pairs")
+        on_path = (position >= parts[1]) & (position <= parts[-2])
+        states[0] = rising(states[0], on_path)
+        coupling = couplings(nominal, parts, force)
+        increments = [_increments(nominal, pair, number, parts, executor) for number in range(2)]
+        whole = _whole_contacts(replace(nominal, model=model, forces=force * CHECKED_LOADS), checks)
+    data = _labelled(pair, nominal, axes, parts, position, states, coupling, increments)
+    data["te_check"] = ("torque_check", "phase_check"), whole[1], {"units": "m"}
+    return data.assign_coords(torque_check=largest * CHECKED_LOADS, phase_check=whole[0])
+
+
+def _whole_contacts(single: SinglePair, checks: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random phases (n,) of the period, and te (n_load, n) [m] of the contact of all tooth pairs."""
+    require(checks >= 0, f"checks must be a number of phases >= 0, got {checks}")
+    pair = single.model.pair
+    phase = np.sort(np.random.default_rng(0).uniform(0, lcm(pair.pinion.z, abs(pair.wheel.z)), checks))
+    a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
+    te = np.zeros((single.forces.size, checks))
+    for i, at in enumerate(phase):
+        te[:, i] = single.of(MeshPosition(pair, a, axial, float(at)))[0, :, 0]
+    return phase, te
+
+
+def _gears(pair: GearPair) -> tuple[Gear, Gear]:
+    return pair.pinion, pair.wheel
+
+
+def _with_flanks(pair: GearPair, pinion, wheel) -> GearPair:
+    """The pair with other left flanks on all teeth."""
+    return GearPair(replace(pair.pinion, flank=tuple(pinion)), replace(pair.wheel, flank=tuple(wheel)), a=pair.a)
+
+
+def parts_of_path(pair: GearPair, a: float) -> np.ndarray:
+    """Positions [pitches] of the ends of the path of contact, of kinks between, and half a pitch beyond."""
+    path = MeshPosition(pair, a, 0.0, 0.0).path
+    slope, p_bt = abs(tan(pair.beta_b)) * pair.b / 2 / pair.p_bt, pair.p_bt
+    rolls = [path.start, path.end]
+    if not slope:
+        rolls += edges(pair.pinion.drive_flank, pair.pinion.face)
+        rolls += [path.on_wheel(roll) for roll in edges(pair.wheel.drive_flank, pair.wheel.face)]
+    kinks = (np.array(rolls) - path.pitch) / p_bt
+    inside = np.unique(np.concatenate([kinks - slope, kinks + slope]))
+    start, end = kinks[0] - slope, kinks[1] + slope
+    inside = inside[(inside >= start) & (inside <= end)]
+    distinct = inside[np.append(True, np.diff(inside) > SHORTEST_PART)]
+    distinct[-1] = end
+    return np.concatenate([[start - BEYOND], distinct, [end + BEYOND]])
+
+
+def within_reach(single: SinglePair, parts: np.ndarray) -> np.ndarray:
+    """The parts with the outermost positions so near to the path that the flanks there are within a millimetre."""
+    a, axial = (float(single.model.offsets[name].max()) for name in ("a", "axial"))
+
+    def furthest(end: float, beyond: float) -> float:
+        for share in np.linspace(1, 0.1, 10):
+            position = end + share * (beyond - end)
+            if abs(single.contact(single.at(a, axial, position)).first_touch(0.0)) < FURTHEST_GAP:
+                return float(position)
+        raise ValueError(f"flanks do not meet beside the path of contact at {end:.3g} pitches; check tips and offsets")
+
+    return np.concatenate([[furthest(parts[1], parts[0])], parts[1:-1], [furthest(parts[-2], parts[-1])]])
+
+
+def knots(parts: np.ndarray, in_pitch: int) -> np.ndarray:
+    """Positions with those of all parts, evenly spaced in each: at least four in a part, for a cubic."""
+    inner = [np.linspace(low, high, max(4, ceil(in_pitch * (high - low)) + 1))[:-1] for low, high in pairwise(parts)]
+    return np.append(np.concatenate(inner), parts[-1])
+
+
+def _solved(single: SinglePair, position: np.ndarray, executor: Executor | None, what: str) -> np.ndarray:
+    """(3, n_force, n_a, n_misalignment, n_axial, n_position) `SinglePair.states`."""
+    a, axial = single.model.offsets["a"], single.model.offsets["axial"]
+    grid = [(float(x), float(y), float(s)) for x in a for y in axial for s in position]
+    spread = map if executor is None else partial(executor.map, chunksize=ceil(len(grid) ** 0.5 / 2))
+    count = f"{what}: {len(grid) * single.forces.size} states"
+    solved = np.array(list(bar(spread(single.states, grid), count, np.ones(len(grid)))))
+    shaped = solved.reshape(a.size, axial.size, position.size, *solved.shape[1:])
+    return np.transpose(shaped, (3, 4, 0, 5, 1, 2))
+
+
+def rising(te: np.ndarray, on_path: np.ndarray) -> np.ndarray:
+    """te (n_force, ..., n_position) [m] that grows with the force by half of its least growth on the path or more.
+
+    Where flanks would touch far beyond the path, at gaps of some 100 um, contacts at tip corners are solved to some
+    tenths of a micrometre, more than light loads deflect them.
+    """
+    growth = np.diff(te, axis=0)
+    least = growth[..., on_path].min(axis=tuple(range(1, te.ndim)), keepdims=True) / 2
+    floor = np.concatenate([np.zeros_like(least[:1]), np.cumsum(least, axis=0)])
+    return np.maximum.accumulate(te - floor, axis=0) + floor
+
+
+class CoupledLoads(NamedTuple):
+    """Slices of a tooth pair at a position, and the shares of its load on them, of sum 1; each (n,)."""
+
+    low: np.ndarray
+    high: np.ndarray
+    share: np.ndarray
+
+
+def couplings(single: SinglePair, parts: np.ndarray, force: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n,) [pitches] and couplings (n_distance, n) of a tooth pair there with those ahead [m/N]."""
+    step = 1 / COUPLING_KNOTS
+    position = np.arange(np.floor(parts[0] / step), np.ceil(parts[-1] / step) + 1) * step
+    a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
+    inner = np.clip(position, parts[1], parts[-2])
+    loads = [_coupled_loads(single.contact(single.at(a, axial, float(s))), COUPLED_LOAD * force) for s in inner]
+    distances = min(ceil(parts[-1] - parts[0]), *(len(body.blocks) - 1 for body in single.bodies))
+    values = np.zeros((distances, position.size))
+    for i, s in enumerate(position):
+        for n in range(1, distances + 1):
+            ahead = i + n * COUPLING_KNOTS
+            values[n - 1, i] = _coupling(single, a, axial, float(s), n, loads[i], loads[min(ahead, len(loads) - 1)])
+    return position, values
+
+
+def _coupled_loads(contact: ToothContact, force: float) -> CoupledLoads:
+    slices, loads = contact.slice_loads(np.array([force]), np.zeros(1))
+    return CoupledLoads(slices.low, slices.high, loads.force[0] / loads.force[0].sum())
+
+
+def _coupling(
+    single: SinglePair, a: float, axial: float, s: float, distance: int, behind: CoupledLoads, ahead: CoupledLoads
+) -> float:
+    """Transmission error of a tooth pair at s per load on that by a distance further ahead [m/N]."""
+    place = MeshPosition(single.model.pair, a, axial, s, candidates=range(distance + 1))
+    contact = ToothContact(place, single.bodies[0], single.bodies[1], single.slices)
+    number = np.repeat([0, distance], [behind.low.size, ahead.low.size])
+    low, high = np.concatenate([behind.low, ahead.low]), np.concatenate([behind.high, ahead.high])
+    slices = ContactSlices(place, number, low, high, mesh=contact.slicing.mesh)
+    pinion, wheel = place.pair.pinion, single.bodies
+    numbers = range(distance + 1)
+    bodies = compiled_compliance(wheel[0], 0.0, numbers), compiled_compliance(wheel[1], 0.0, range(-distance, 1))
+    line_load = COUPLED_LOAD * single.forces[-1] / place.pair.b
+    compliance = compliance_at(slices, DEPTH * pinion.m_n, line_load, bodies, contact.face)
+    n, inclined = behind.low.size, contact.slicing.mesh.geometry.position["inclined"]
+    return float(behind.share @ compliance[:n, n:] @ ahead.share) * contact.face.share / inclined**2
+
+
+class Increments(NamedTuple):
+    """Changes of te (n_variant, n_load, n_position) [m] at loads (n_load,) [N], and the variant (z,) of each tooth."""
+
+    variant_of: np.ndarray
+    loads: np.ndarray
+    position: np.ndarray
+    values: np.ndarray
+
+
+def _increments(
+    nominal: SinglePair, pair: GearPair, number: int, parts: np.ndarray, executor: Executor | None
+) -> Increments:
+    """Increments of the teeth of pinion (0) or wheel (1) that have more than a pitch deviation.
+
+    They are solved at positions that suit the kinks of each tooth, and interpolated at evenly spaced ones.
+    """
+    gear, model = _gears(pair)[number], nominal.model
+    teeth = [of_single_tooth(gear.drive_flank, tooth, gear.z) for tooth in range(abs(gear.z))]
+    alike = alike_on_all_teeth(gear.drive_flank)
+    variants = list(dict.fromkeys(flank for flank in teeth if flank != alike))
+    variant_of = np.array([variants.index(flank) if flank in variants else -1 for flank in teeth])
+    loads = nominal.forces[-1] * np.append(0.0, INCREMENT_LOADS)
+    offsets = {name: values[:1] for name, values in model.offsets.items()}
+    single = replace(nominal, model=replace(model, offsets=offsets), forces=loads)
+    position = parts[0] + np.arange(ceil((parts[-1] - parts[0]) * INCREMENT_STEPS) + 1) / INCREMENT_STEPS
+    values, without = np.zeros((len(variants), loads.size, position.size)), {}
+    for i, flank in enumerate(variants):
+        flanks = [list(gear.drive_flank) for gear in _gears(model.pair)]
+        flanks[number] = list(flank)
+        with_tooth = _with_flanks(model.pair, *flanks)
+        of_tooth = parts_of_path(with_tooth, float(model.offsets["a"].min()))
+        of_tooth = np.concatenate([parts[:1], of_tooth[1:-1], parts[-1:]])
+        at = knots(of_tooth, INCREMENT_KNOTS)
+        if at.tobytes() not in without:
+            base = f"tooth pairs without that of the {GEARS[number]}"
+            without[at.tobytes()] = _solved(single, at, executor, base)[0, :, 0, 0, 0]
+        what = f"{GEARS[number]}, tooth {list(variant_of).index(i)}"
+        solved = _solved(replace(single, model=replace(single.model, pair=with_tooth)), at, executor, what)
+        increment = solved[0, :, 0, 0, 0] - without[at.tobytes()]
+        values[i] = over_parts(at, increment.T, of_tooth, position).T
+    return Increments(variant_of, loads, position, values)
+
+
+def _labelled(pair, nominal, axes, parts, position, states, coupling, increments) -> xr.Dataset:
+    dims = [TORQUE, "a", "misalignment", "axial", POSITION]
+    r_b = pair.pinion.r_b
+    kept = [name for name in dims if name in (TORQUE, POSITION, *axes)]
+    units = {TE: "m", STIFFNESS: "N/m", CENTROID: "m"}
+    coords = {TORQUE: nominal.forces * r_b, POSITION: position}
+    coords |= {name: nominal.model.offsets[name] for name in axes}
+    data = xr.Dataset(
+        {
+            name: xr.DataArray(values, dims=dims).isel({x: 0 for x in dims if x not in kept})
+            for name, values in zip(units, states, strict=True)
+        },
+        coords,
+    )
+    at, values = coupling
+    data["coupling"] = (DISTANCE, "coupled_position"), values
+    data = data.assign_coords({DISTANCE: np.arange(1, len(values) + 1), "coupled_position": at})
+    for name, gear, of_gear in zip(GEARS, _gears(pair), increments, strict=True):
+        turned = np.zeros(abs(gear.z))
+        for part in pitch_deviations(gear.drive_flank):
+            turned += np.array(part.values)
+        data[f"{name}_pitch"] = f"{name}_tooth", turned
+        data[f"{name}_variant_of"] = f"{name}_tooth", of_gear.variant_of
+        dims_of = f"{name}_variant", INCREMENT_TORQUE, "increment_position"
+        data[f"{name}_increment"] = dims_of, of_gear.values
+        units |= {f"{name}_pitch": "m", f"{name}_increment": "m"}
+        data = data.assign_coords({INCREMENT_TORQUE: of_gear.loads * r_b, "increment_position": of_gear.position})
+    for name, unit in ({"coupling": "m/N"} | units).items():
+        data[name].attrs["units"] = unit
+    data.attrs |= {"title": "tooth pairs", "resolution": exact(nominal.model.resolution), "parts": parts}
+    data.attrs |= pair_attributes(pair) | {"a_working": float(nominal.model.offsets["a"][0])}
+    return data

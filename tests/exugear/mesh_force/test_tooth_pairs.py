@@ -1,0 +1,272 @@
+"""Laws over hunting periods, composed of single tooth pairs: against whole maps, closed forms, their potential."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from coarse_maps import COARSE
+from unequal_teeth import once_per_turn, pair_of_unequal_teeth
+
+import exugear
+import fem
+from exugear import MeshForce
+from exugear.mesh_force.force import composed_law
+from exugear.mesh_force.tooth_pairs import ToothPairs
+from fem.units import mm, um
+
+TORQUES = 2.0, 20.0, 100.0
+
+
+def small_pair(pinion=(), wheel=(), beta: float = 0.0) -> fem.GearPair:
+    """A pair 12/13 on a larger centre distance."""
+
+    def gear(z, flank, helix):
+        return fem.Gear(z=z, m_n=3 * mm, b=20 * mm, d_bore=15 * mm, x=0.4, beta=helix, flank=flank)
+
+    gears = gear(12, pinion, beta), gear(13, wheel, -beta)
+    return fem.GearPair(*gears, a=fem.GearPair(*gears).a + 0.1 * mm)
+
+
+def random_pitch(z: int, seed: int) -> fem.PitchDeviation:
+    return fem.PitchDeviation(np.random.default_rng(seed).uniform(-5 * um, 5 * um, z) + once_per_turn(z))
+
+
+@cache
+def pairs_of(pair: fem.GearPair, torque: float = 100.0, **options):
+    return fem.tooth_pair_map(pair, torque, resolution=COARSE, progress=False, **options)
+
+
+def te_of(pair: fem.GearPair, phase: np.ndarray) -> np.ndarray:
+    options = {"resolution": COARSE, "progress": False}
+    return fem.static_transmission_error(pair, TORQUES, phase, **options)["te"].values
+
+
+def te_of_law(law: MeshForce, pair: fem.GearPair, phase: np.ndarray) -> np.ndarray:
+    return np.array([[law.deflection_at(at, torque / pair.pinion.r_b) for at in phase] for torque in TORQUES])
+
+
+def added_and_error(pair: fem.GearPair, alike: fem.GearPair, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Transmission errors (n_torque, n_phase) [m] that deviations add in the whole map, and by which the law errs."""
+    law, plain_law = (MeshForce.from_tooth_pairs(pairs_of(x, checks=0), backlash=0.3 * mm) for x in (pair, alike))
+    order = np.argsort(phase % 1)
+    plain = np.empty((len(TORQUES), phase.size))
+    plain[:, order] = te_of(alike, np.sort(phase % 1))
+    added = te_of(pair, phase) - plain
+    return added, te_of_law(law, pair, phase) - te_of_law(plain_law, pair, phase) - added
+
+
+def box_of(law: MeshForce, pair: fem.GearPair) -> exugear.Gearbox:
+    shafts = (exugear.Shaft(name, parts={0.0: gear}) for name, gear in (("in", pair.pinion), ("out", pair.wheel)))
+    return exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair)])
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt((values**2).mean(axis=-1))
+
+
+def phases_of(period: int, number: int, seed: int = 0) -> np.ndarray:
+    return np.sort(np.random.default_rng(seed).uniform(0, period, number))
+
+
+@pytest.mark.parametrize("beta", [0.0, np.radians(15)])
+def test_pitch_deviations_of_both_gears_agree_with_the_whole_map(beta):
+    pair = small_pair(random_pitch(12, 1), random_pitch(13, 2), beta)
+    added, error = added_and_error(pair, small_pair(beta=beta), phases_of(156, 12))
+    assert (rms(error) < 0.01 * rms(added)).all()
+    assert (np.abs(error).max(axis=1) < 0.015 * np.abs(added).max(axis=1)).all()
+
+
+def test_a_law_states_its_error_against_contacts_solved_whole():
+    law = MeshForce.from_tooth_pairs(pairs_of(small_pair(random_pitch(12, 1), random_pitch(13, 2))))
+    assert law.pitches == 156 and law.table.nbytes < 8e6
+    assert 0 < law.teeth.error_rms < law.teeth.error < 0.2 * um
+    words = str(exugear.plan(box_of(law, small_pair())))
+    assert "156 pitches" in words and "composed of single tooth pairs, error" in words
+
+
+PROFILES = tuple(fem.OnTooth(i, fem.ProfileCrowning(i * um / 2)) for i in range(12))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("flank", "share"),
+    [
+        ((fem.Waviness(1, 8 * um, 0.3),), 0.01),
+        (PROFILES, 0.02),
+        ((fem.OnTooth(3, fem.crack(small_pair().pinion, lost=0.3)),), 0.05),
+    ],
+    ids=["eccentricity", "profiles", "crack"],
+)
+def test_teeth_that_differ_agree_with_the_whole_map(flank, share):
+    """Near tooth 3, which meets at phase 9; errors below 20 nm count as none."""
+    added, error = added_and_error(small_pair(flank), small_pair(), 8.5 + np.arange(24) / 24)
+    assert (rms(added)[1:] > 0.05 * um).all()
+    assert (rms(error) < np.maximum(share * rms(added), 0.02 * um)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("flank", "first", "share"),
+    [
+        ((fem.PitchDeviation.missing(23, [3]),), 19.3, 0.02),
+        ((fem.OnTooth(3, fem.Spall(d=69 * mm, height=2 * mm, width=8 * mm, axial=2 * mm)),), 19.5, 0.08),
+    ],
+    ids=["missing tooth", "spall"],
+)
+def test_large_damage_agrees_with_the_whole_map(flank, first, share):
+    """Tooth 3 meets at phase 20; the neighbours of a missing tooth touch beside the path."""
+    pinion, wheel = (fem.Gear(z=z, m_n=3 * mm, b=20 * mm, d_bore=25 * mm) for z in (23, 47))
+    alike, torque = fem.GearPair(pinion, wheel), np.array([60.0, 300.0])
+    pair = replace(alike, pinion=replace(pinion, flank=flank))
+    phase = first + np.arange(24) / 24
+    law = MeshForce.from_tooth_pairs(fem.tooth_pair_map(pair, 300.0, progress=False), backlash=0.3 * mm)
+    te = fem.static_transmission_error(pair, torque, phase, progress=False)["te"].values
+    order = np.argsort(phase % 1)
+    plain = np.empty_like(te)
+    plain[:, order] = fem.static_transmission_error(alike, torque, np.sort(phase % 1), progress=False)["te"].values
+    loads = torque / pinion.r_b
+    error = [[law.deflection_at(at, load) for at in phase] for load in loads] - te
+    assert (rms(te - plain) > 0.3 * um).all()
+    assert (rms(error) < share * rms(te - plain)).all()
+
+
+def test_force_and_torques_derive_from_one_potential():
+    """Work over a closed path in deflection and phase is 0, and slopes agree with differences."""
+    law = MeshForce.from_tooth_pairs(pairs_of(small_pair(PROFILES[:4], random_pitch(13, 2))))
+    y, phase, steps = 12 * um, 17.3, 200
+    at = np.linspace(0, 1, steps, endpoint=False) + 0.5 / steps
+    rise = 2 * um
+    along = law(phase, y + rise * at).mean() * rise - law(phase + 0.01, y + rise * at).mean() * rise
+    step = 1e-9
+    slope = (law(phase, y + step) - law(phase, y - step)) / (2 * step)
+    assert slope > 0
+    from_table = exugear.mesh_force.law_slopes.law_slopes(law.table.head, 1.0, (y, phase, np.nan, np.nan, np.nan))
+    values, slopes = from_table
+    assert values[0] == pytest.approx(float(law(phase, y)))
+    assert slopes[0, 0] == pytest.approx(slope, rel=1e-5)
+    # d force / d phase is d (torque by the phase) / d deflection
+    by_phase = [
+        exugear.mesh_force.law_slopes.law_slopes(law.table.head, 1.0, (x, phase, np.nan, np.nan, np.nan))[0][1]
+        for x in (y - step, y + step)
+    ]
+    assert slopes[0, 1] == pytest.approx((by_phase[1] - by_phase[0]) / (2 * step), rel=1e-4)
+    moved = [float(law(phase + sign * 1e-6, y)) for sign in (-1, 1)]
+    assert slopes[0, 1] == pytest.approx((moved[1] - moved[0]) / 2e-6, rel=1e-4)
+    change = law_work(law, phase, y, y + rise, 0.01)
+    assert change == pytest.approx(along, rel=2e-3)
+
+
+def law_work(law: MeshForce, phase: float, low: float, high: float, further: float) -> float:
+    """Work by the phase along [phase, phase + further] at a low less that at a high deflection."""
+    read = exugear.mesh_force.law_slopes.law_slopes
+    at = phase + further * (np.arange(40) + 0.5) / 40
+    works = [
+        np.mean([read(law.table.head, 1.0, (y, x, np.nan, np.nan, np.nan))[0][1] for x in at]) for y in (low, high)
+    ]
+    return further * (works[0] - works[1])
+
+
+def test_a_law_of_alike_teeth_is_that_of_its_map():
+    """Between the phases of the map the composition is the more exact one."""
+    pair = small_pair(fem.PitchDeviation([0.0] * 12))
+    law = MeshForce.from_tooth_pairs(pairs_of(pair))
+    assert law.pitches == 1
+    phase = np.arange(8) / 8
+    te = te_of(small_pair(), phase)
+    assert te_of_law(law, pair, phase) == pytest.approx(te, rel=6e-3, abs=5e-3 * um)
+
+
+def test_the_coast_flank_is_the_law_of_the_mirror_image():
+    pair = small_pair(random_pitch(12, 1), random_pitch(13, 2))
+    pair = fem.GearPair(*(replace(g, flank=fem.Sides(g.flank, g.flank)) for g in (pair.pinion, pair.wheel)), a=pair.a)
+    law = MeshForce.from_tooth_pairs(pairs_of(pair), coast=pairs_of(fem.mirror_image(pair)))
+    assert law.coast_unlike == ""
+    phase = np.array([3.3, 71.8])
+    options = {"resolution": COARSE, "progress": False}
+    ste = fem.static_transmission_error(pair, [-60, -20, 0, 20, 60], phase, **options)
+    te = ste["te"].sel(torque=-20).values
+    assert law(phase, te - law.backlash) == pytest.approx(-20 / pair.pinion.r_b, rel=5e-3)
+
+
+def test_once_per_turn_pitch_error_of_equally_stiff_pairs_has_the_lines_of_the_closed_form():
+    """Orders 1, 22 and 24: 9.930, .169 and .221 um for z = 23, eps = 1.65, E = 10 um."""
+    eps, z, amplitude, in_pitch = 1.65, 23, 10 * um, 400
+    position = np.arange(3 * in_pitch) / in_pitch - 1
+    reach = np.array([0.0, 400 * um])
+    deflection = np.where(np.abs(position) <= eps / 2 + 1e-9, 0.0, 1 * mm)[:, None] + reach
+    forces = np.broadcast_to(2e8 * reach, (position.size, 2))
+    single = MeshForce(position + 1, deflection, forces, pitches=3)
+    alike = {"variant_1": np.full(z, -1), "variant_2": np.full(1, -1), "increments": np.zeros((0, 9, 21))}
+    places = {"coupled_first": -1.0, "coupled_steps": 4.0, "placed_first": -1.0, "placed_steps": 4.0}
+    pitch = fem.PitchDeviation.run_out(z, amplitude).values
+    numbers = {"first": -1.0, "last": 1.0, "largest_load": 1e4, "turn": 0.0, "coupling": np.zeros((2, 9))}
+    teeth = ToothPairs(single, pitch_1=pitch, pitch_2=np.zeros(1), **alike, **places, **numbers)
+    law = composed_law(teeth, pitches=z)
+    pair = fem.GearPair(*(fem.Gear(z=n, m_n=3 * mm, b=20 * mm, d_bore=25 * mm) for n in (23, 47)))
+    te = law.ste(pair, 20000 * pair.pinion.r_b, phases=256)["te"].values[0]
+    lines = 2 * np.abs(np.fft.rfft(te))[[1, 22, 24]] / te.size
+    u = np.array([1, 22, 24]) / z
+    expected = amplitude * np.abs(eps * np.sinc(u * eps) + (2 - eps) * np.sinc(u * (2 - eps))) / 2
+    assert expected / um == pytest.approx([9.930, 0.169, 0.221], abs=1e-3)
+    assert lines == pytest.approx(expected, abs=0.004 * um)
+
+
+def test_an_eccentric_gear_has_its_eccentricity_as_order_one():
+    """F_r = 2 e; the centre distance, which changes too, moves the path of contact, not the transmission error."""
+    pair, e = small_pair(fem.Waviness(1, 8 * um)), 8 * um
+    law = MeshForce.from_tooth_pairs(pairs_of(pair, checks=0))
+    te = law.ste(pair, 20.0)["te"].values[0]
+    lines = 2 * np.abs(np.fft.rfft(te)) / te.size
+    assert lines[1] == pytest.approx(e, rel=3e-3)
+    assert np.ptp(fem.PitchDeviation.run_out(12, e).values) == pytest.approx(2 * e)
+    assert np.isnan(law.teeth.error)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [6, 24])
+def test_waviness_is_a_ghost_order_until_only_crests_touch(order):
+    """The envelope of rigid flanks: amplitude A at order 6; at 24 valleys no longer touch near the root."""
+    amplitude = 5 * um
+    pair = small_pair(fem.Waviness(order, amplitude))
+    te = MeshForce.from_tooth_pairs(pairs_of(pair, checks=0)).ste(pair, 2.0, phases=64)["te"].values[0]
+    line = 2 * np.abs(np.fft.rfft(te))[order] / te.size
+    path = pair.path_of_contact
+    turn = np.linspace(-3, 3, 1501)
+    envelope = np.full(te.size, np.inf)
+    for i in range(te.size):
+        phase = i / 64
+        for k in range(-2, 3):
+            rho = path.pitch + (phase % 1 + k) * pair.p_bt
+            if path.start <= rho <= path.end:
+                softness = amplitude * (order / rho) ** 2 / (1 / rho + 1 / (path.length - rho))
+                gap = np.cos(2 * np.pi * order * phase / 12 + turn) + turn**2 / (2 * softness)
+                envelope[i] = min(envelope[i], amplitude * gap.min())
+    assert line == pytest.approx(2 * np.abs(np.fft.rfft(envelope))[order] / te.size, rel=0.03)
+    assert (line > 0.99 * amplitude) == (order == 6)
+
+
+def test_the_law_is_read_back_and_refuses_other_maps(tmp_path):
+    law = MeshForce.from_tooth_pairs(pairs_of(small_pair(PROFILES[:4], random_pitch(13, 2))), damping=100.0)
+    again = MeshForce.load(law.save(tmp_path / "law.nc"))
+    assert again.table.tobytes() == law.table.tobytes() and again.teeth.error == law.teeth.error
+    with pytest.raises(ValueError, match=r"pairs must be made by fem.tooth_pair_map"):
+        MeshForce.from_tooth_pairs(fem.ste_map(small_pair(), [0, 1.0], [0.0], [[0.0], [1e-6]]))
+    with pytest.raises(ValueError, match=r"torque must lie below .* N m, the end of the law"):
+        law.ste(pair_of_unequal_teeth(), 1e5)
+    with pytest.raises(ValueError, match="lies beyond the map"):
+        law(0.0, 1 * mm)
+
+
+def test_a_run_over_the_hunting_period_shows_the_pitch_error_once_per_turn():
+    pair = small_pair(random_pitch(12, 3))
+    law = MeshForce.from_tooth_pairs(pairs_of(pair), damping=1000.0)
+    box = box_of(law, pair)
+    speed = 2 * np.pi * 5
+    run = exugear.run_up(exugear.build(box), speed=(speed, speed), duration=0.4, load=20.0, progress=False)
+    dte, time = run.data["dte"].values.ravel(), run.data["time"].values
+    last = time >= time[-1] - 0.2
+    slow = 2 * np.mean(dte[last] * np.exp(-1j * speed * time[last]))
+    te = law.ste(pair, 20.0)["te"].values[0]
+    static = 2 * np.fft.rfft(te)[1] / te.size
+    assert abs(slow) == pytest.approx(abs(static), rel=0.03)

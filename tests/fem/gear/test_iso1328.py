@@ -1,0 +1,130 @@
+"""Tolerances by ISO 1328-1 against tables of the standard, deviations drawn within them, measured ones from tables."""
+
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+
+import fem
+from fem.gear.iso1328 import tolerances
+from fem.units import deg, mm, um
+
+
+def gear(**changes) -> fem.Gear:
+    return fem.Gear(**{"z": 18, "m_n": 21 * mm, "b": 550 * mm, "d_bore": 200 * mm} | changes)
+
+
+@pytest.mark.parametrize(
+    ("d", "f_pt", "F_p", "F_alpha", "F_beta", "F_r"),
+    [(378, 18, 54, 27, 29, 43), (756, 19, 67, 30, 30, 53), (1953, 22, 97, 35, 32, 78)],
+)
+def test_class_6_of_1995_has_the_tolerances_of_the_tables(d, f_pt, F_p, F_alpha, F_beta, F_r):
+    """m_n 21 mm, b 550 mm."""
+    found = fem.iso1328(gear(z=round(d / 21)), 6, edition=1995)
+    listed = [found.f_pt, found.F_p, found.F_alpha, found.F_beta, found.F_r]
+    assert np.array(listed) / um == pytest.approx([f_pt, F_p, F_alpha, F_beta, F_r])
+
+
+def test_a_class_is_a_factor_of_the_square_root_of_two():
+    coarse, fine = (np.array(astuple(tolerances(300, 6, 100, n))) for n in (10, 6))
+    assert coarse / fine == pytest.approx(4, rel=0.03)
+
+
+def test_the_edition_of_2013_takes_sizes_as_they_are():
+    """f_pT = 0.001 d + 0.4 m_n + 5 and F_pT = 0.002 d + 0.55 sqrt(d) + 0.7 m_n + 12 [um], class 5."""
+    found = tolerances(378, 21, 550, 5)
+    assert found.f_pt == pytest.approx(round(0.378 + 8.4 + 5) * um)
+    assert found.F_p == pytest.approx(round(0.756 + 0.55 * np.sqrt(378) + 14.7 + 12) * um)
+    assert found.F_alpha == pytest.approx(np.hypot(found.f_H_alpha, found.f_f_alpha), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"accuracy_class": 13, "edition": 1995}, "accuracy_class of ISO 1328-1:1995 must be .* 0 to 12, got 13"),
+        ({"accuracy_class": 0}, "accuracy_class of ISO 1328-1:2013 must be .* 1 to 11, got 0"),
+        ({"accuracy_class": 6, "edition": 2020}, "edition must be 1995 or 2013, got 2020"),
+    ],
+)
+def test_what_the_standard_does_not_know_is_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        fem.iso1328(gear(), **arguments)
+
+
+def test_sizes_beyond_the_standard_are_refused():
+    with pytest.raises(ValueError, match=r"b must lie in \[4, 1000\] mm of ISO 1328-1:1995, got 1100 mm"):
+        tolerances(378, 21, 1100, 6, edition=1995)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_drawn_deviations_keep_their_tolerances_and_come_again(seed):
+    given, limits = gear(z=35), fem.iso1328(gear(z=35), 6)
+    drawn = fem.drawn_deviations(given, limits, seed, leads=True)
+    index = np.array(next(part for part in drawn.flank if isinstance(part, fem.PitchDeviation)).values)
+    pitch = np.abs(index - np.roll(index, 1)).max()
+    assert pitch <= limits.f_pt and np.ptp(index) <= limits.F_p
+    assert max(pitch / limits.f_pt, np.ptp(index) / limits.F_p) >= 0.5
+    assert drawn == fem.drawn_deviations(given, limits, seed, leads=True)
+    assert drawn != fem.drawn_deviations(given, limits, seed + 1, leads=True)
+
+
+def test_a_wobbling_gear_has_a_helix_slope_that_returns_once_per_turn():
+    parts = fem.wobble(gear(), 20 * um, 90 * deg)
+    slopes = [part.flank[0].C_Hbeta for part in parts]
+    assert slopes == pytest.approx(20 * um * np.cos(2 * np.pi * np.arange(18) / 18 - np.pi / 2), abs=1e-18)
+
+
+def written(path, text: str):
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_pitch_charts_hold_what_is_removed_or_single_pitches(tmp_path):
+    removed = np.random.default_rng(0).uniform(-5, 5, 18)
+    removed -= removed.mean()
+    single = -np.diff(removed, prepend=removed[-1])
+    rows = "\n".join(f"{i + 1}, {value:.12g}" for i, value in enumerate(removed))
+    pitches = "\n".join(f"{i}; {value:.12g}" for i, value in enumerate(single))
+    chart = fem.pitch_chart(written(tmp_path / "a.csv", f"tooth [1], removed [um]\n{rows}"), gear())
+    assert np.array(chart.values) / um == pytest.approx(removed)
+    chart = fem.pitch_chart(written(tmp_path / "b.csv", f"# left\ntooth [-]; single_pitch [um]\n{pitches}"), gear())
+    assert np.array(chart.values) / um == pytest.approx(removed)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("tooth [1], removed [deg]\n0, 1", "line 1 of .* gives removed in .deg., which must be one of .*convert it"),
+        ("tooth [1], removed\n0, 1", "line 1 of .* gives 'removed' no unit"),
+        ("tooth [1], removed [um]\n0, 1\n2, 1\n", "lacks tooth 1, 3, 4, 5, 6 of the 18 teeth from 0 to 17; add a line"),
+        ("tooth [1], removed [um]\n0, 1\n1, nan", "line 3 of .* holds nan for removed, which must be finite"),
+        ("tooth [1], removed [um]\n0, 1\ntooth [1], removed [um]\n1, 1", "line 3 of .* is a second header"),
+        ("tooth [1], removed [um]\n0, 1\n0, 1", "lines 2 and 3 of .* give the same point"),
+        ("tooth [1]\n0", "must hold one of the columns removed and single_pitch"),
+    ],
+)
+def test_charts_with_mistakes_are_refused_with_line_and_remedy(tmp_path, text, message):
+    with pytest.raises(ValueError, match=message):
+        fem.pitch_chart(written(tmp_path / "chart.csv", text), gear())
+
+
+def test_single_pitches_that_do_not_close_are_refused(tmp_path):
+    rows = "\n".join(f"{i}, 1" for i in range(18))
+    with pytest.raises(ValueError, match="must add up to 0 around the gear, got 18 um"):
+        fem.pitch_chart(written(tmp_path / "c.csv", f"tooth [1], single_pitch [um]\n{rows}"), gear())
+
+
+def test_traces_and_topographies_become_deviations_of_their_teeth(tmp_path):
+    given = gear()
+    low, high = (1e3 * x for x in (given.roll_form, given.roll_tip))
+    profile = f"tooth [1], roll [mm], removed [um]\n3, {low}, 0\n3, {high}, 8\n7, {low}, 0\n7, {high}, 4\n"
+    parts = fem.flank_traces(written(tmp_path / "p.csv", profile), given)
+    assert [part.tooth for part in parts] == [3, 7]
+    tip = parts[0].removed(given.face._replace(tooth=3), np.array(given.roll_tip), np.array([-0.2, 0.2]))
+    assert tip == pytest.approx([8 * um, 8 * um])
+    assert parts[0].removed(given.face._replace(tooth=4), np.array(given.roll_tip), np.array(0.0)) == 0
+    helix = "tooth [1], axial [mm], removed [um]\n0, -200, -2\n0, 200, 2\n"
+    (part,) = fem.flank_traces(written(tmp_path / "h.csv", helix), given)
+    assert part.removed(given.face, np.array(given.roll_form), np.array(0.1)) == pytest.approx(1 * um)
+    with pytest.raises(ValueError, match="must hold the column tooth, and roll or axial"):
+        fem.flank_traces(written(tmp_path / "x.csv", "tooth [1], removed [um]\n0, 1"), given)
