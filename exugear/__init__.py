@@ -4,7 +4,7 @@ import lazy_loader
 
 from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.gearbox.drag import BearingDrag, Drag, SkfDrag
 from exugear.gearbox.gearbox import Gearbox, exact_ratios
 from exugear.gearbox.housing import Housing
 from exugear.gearbox.inner_planets import InnerPlanets
@@ -125,6 +125,7 @@ __all__ = [
     "SNCurve",
     "SchlenkFriction",
     "Shaft",
+    "SkfDrag",
     "Speed",
     "SpeedReached",
     "Stage",

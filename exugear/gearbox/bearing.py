@@ -10,7 +10,7 @@ from math import inf
 
 import numpy as np
 
-from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.gearbox.drag import AnyDrag
 from fem.support.arguments import FilePath, Finite, Numbers, checked, renamed
 from fem.support.numba_cache import compiled_or_not
 from fem.support.representation import short
@@ -49,7 +49,7 @@ class Bearing:
                 directions; instead of radial and clearance
     matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of radial, axial,
                 tilt, clearance and table
-    drag        `Drag` or `BearingDrag`: the torque by which it brakes the shaft
+    drag        `Drag`, `BearingDrag` or `SkfDrag`: the torque by which it brakes the shaft
 
     Raises ValueError for a stiffness that is negative, so high that the bearing is effectively rigid, or so low that
     another unit is meant (0 < k < 1e4 N/m), for tables with falling forces, and for matrices that are not symmetric and
@@ -63,7 +63,7 @@ class Bearing:
     clearance: float = field(default=0.0, kw_only=True)
     table: tuple[Sequence[float], Sequence[float]] | None = field(default=None, kw_only=True)
     matrix: Sequence[Sequence[float]] | None = field(default=None, kw_only=True)
-    drag: Drag | BearingDrag | None = field(default=None, kw_only=True)
+    drag: AnyDrag | None = field(default=None, kw_only=True)
 
     def __post_init__(self):
         for name, unit in UNITS.items():
@@ -90,7 +90,7 @@ class Bearing:
         axial: float = 0.0,
         tilt: float = 0.0,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "Bearing":
         """A bearing by a measured or computed table of radial force over displacement.
 

@@ -67,7 +67,7 @@ def radial_part(k: float | np.ndarray, lever: float) -> np.ndarray:
 def tangent_stiffness(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> np.ndarray:
     """(6, 6) Hessian of the potential about a pole, a distance lever [m] below, at its displacement q (6,)."""
     if isinstance(bearing, RollingBearing):
-        return np.pad(response(bearing.law_of_runs, lever, q[None, :5]).hessian[0], (0, 1))
+        return np.pad(response(bearing.law_of_runs, lever, q[None]).hessian[0], (0, 1))
     stiffness = linear_part(bearing, lever)
     if not bearing.linear:
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
@@ -88,7 +88,10 @@ def potential(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) ->
 
 
 def strain_energy(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> np.ndarray:
-    """(n,) energy [J] of a bearing at displacements q (n, 5) [m, rad] of a pole, a distance lever [m] below."""
+    """(n,) energy [J] of a bearing at displacements q (n, 5) [m, rad] of a pole, a distance lever [m] below.
+
+    Of rolling bearings q may be (n, 6) with the spin of the shaft, with which cages roll; likewise below.
+    """
     if isinstance(bearing, RollingBearing):
         return np.concatenate([response(bearing.law_of_runs, lever, part).energy for part in _blocks(q)])
     energy = 0.5 * np.einsum("ni,ij,nj->n", q, linear_part(bearing, lever)[:5, :5], q)
@@ -104,7 +107,8 @@ def dissipated_power(bearing: Bearing | RollingBearing, lever: float, q: np.ndar
             return np.zeros(len(q))
         parts = zip(_blocks(q), _blocks(q_t), strict=True)
         powers = [
-            np.einsum("ni,nij,nj->n", w, response(bearing.law_of_runs, lever, part).hessian, w) for part, w in parts
+            np.einsum("ni,nij,nj->n", w[:, :5], response(bearing.law_of_runs, lever, part).hessian, w[:, :5])
+            for part, w in parts
         ]
         return bearing.damping_time * np.concatenate(powers)
     power = np.einsum("ni,ij,nj->n", q_t, linear_part(bearing, lever)[:5, :5], q_t)
@@ -123,7 +127,7 @@ def radial_reaction(points, damping, x, y, u, v):
 
 
 def rolling_reaction(bearing: RollingBearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
-    """(n, 3) forces [N] of a rolling bearing on its shaft, at displacements q (n, 5) and rates q_t of a pole."""
+    """(n, 3) forces [N] of a rolling bearing on its shaft, at displacements q (n, 5 or 6) and rates q_t of a pole."""
     _, gradient, hessian = response(bearing.law_of_runs, lever, q)
     return -gradient[:, :3] - bearing.damping_time * np.einsum("nij,nj->ni", hessian[:, :3], q_t)
 

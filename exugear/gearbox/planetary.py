@@ -23,6 +23,7 @@ from exugear.gearbox.planetary_phases import (
     planetary_phases,
     step_angles,
 )
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft
 from exugear.gearbox.stage import NEAR, Stage
 from exugear.mesh_force.force import MeshForce
@@ -53,8 +54,15 @@ def check_planet(name: str, value) -> None:
 def check_pin(name: str, value) -> None:
     """ValueError unless the value is a bearing, or a list of them, one for each planet."""
     listed = value if isinstance(value, list | tuple) else [value]
-    kinds = f"{name} must be an exugear.Bearing, or a list of one for each planet, got {text_of(value)}"
-    require(bool(listed) and all(isinstance(x, Bearing) for x in listed), kinds)
+    kinds = f"{name} must be an exugear.Bearing or RollingBearing, or a list of one for each planet"
+    require(
+        bool(listed) and all(isinstance(x, Bearing | RollingBearing) for x in listed), f"{kinds}, got {text_of(value)}"
+    )
+    for bearing in listed:
+        if isinstance(bearing, RollingBearing):
+            free = f"{name}: the {bearing.kind} bearing lets a planet move along its pin; pass guidance= of its washers"
+            require(bearing.stiffness[2, 2] > 0, f"{free} [N/m]")
+            require(not bearing.cage_rolls, f"{name}: the cages of planets on pins stand; leave rolling() out")
 
 
 def check_mesh(name: str, value) -> None:
@@ -86,7 +94,9 @@ class Planetary:
     ring_mesh     of planet and ring, or a `MeshForce` beside ring_pair; or a list likewise
     sun_pair      `fem.GearPair(sun, planet, a=...)`, by default that of the map
     ring_pair     `RingPair(planet, z=-99, a=-...)`, by default that of the map
-    pin           `Bearing` of every planet on the carrier, or a list of one for each; by default ideal ones
+    pin           `Bearing` or `RollingBearing` of every planet on the carrier, or a list of one for each; by default
+                  ideal ones. A rolling bearing has its outer ring in the planet (`RollingBearing.on_pin`); needle and
+                  cylindrical roller bearings need guidance= along the axis
     pin_errors    (n_planet,) tangential displacements of the pins on the carrier from the nominal position, > 0
                   counter-clockwise [m]; or (n_planet, 2): tangential and radial, > 0 outwards; or (n_planet, 4): also
                   the slopes by which the pins lean towards these directions with z, about the planets' mid-planes
@@ -458,6 +468,7 @@ def shafts_of_planets(name: str, planets: list[Any], pins: list[Any], axial: flo
         shaft = planet if isinstance(planet, Shaft) else Shaft(numbered, {axial: planet})
         bearings = f"planet {shaft.name!r} must have no bearings, got {len(shaft.bearings)}; pass them as pin="
         require(not shaft.bearings, bearings)
+        pin = pin.on_pin() if isinstance(pin, RollingBearing) else pin
         parts = {at: [*_group(part), *([pin] if pin and at == axial else [])] for at, part in shaft.parts.items()}
         keeps_name = keep_names and isinstance(planet, Shaft)
         shafts.append(replace(shaft, name=shaft.name if keeps_name else numbered, parts=parts))

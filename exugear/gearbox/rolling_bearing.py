@@ -7,8 +7,8 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 
-from exugear.gearbox.bearing import Bearing, about_pole
-from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.gearbox.bearing import RIGID, SOFT, Bearing, about_pole
+from exugear.gearbox.drag import AnyDrag
 from exugear.rolling_bearings.catalogue import HABITS, Sizes, described, estimated_row, pitch_diameter
 from exugear.rolling_bearings.law import LawRecord, Response, law_record, response
 from exugear.rolling_bearings.life import dynamic_capacity, reference_life
@@ -39,21 +39,26 @@ class RollingBearing:
                    `angular_contact`, `cylindrical_roller`, `tapered_roller`, `needle`, and pairs by `paired`
     C              dynamic radial capacity of a single row [N]; by default that of ISO 281 for the geometry
     damping_time   damping over stiffness [s]: force = dU/dq + damping_time d2U/dq2 dq/dt
-    drag           `Drag` or `BearingDrag`: the torque by which it brakes the shaft
+    drag           `Drag`, `BearingDrag` or `SkfDrag`: the torque by which it brakes the shaft
+    guidance       stiffness of ribs or thrust washers along the axis, beside that of the rows [N/m]
     estimate       how the geometry was estimated, with its error (`from_catalogue`); empty where it is given
 
     Force and moment are the slopes of one energy U of displacement and tilts (x, y, z, about x, about y), Hertzian
     contacts of balls, laminae of rollers with their profile: the stiffness is symmetric. Rings are rigid, centrifugal
-    and gyroscopic forces of the elements are left out, the cage does not turn.
+    and gyroscopic forces of the elements are left out. The cage stands unless it is let roll (`rolling`). On a planet
+    its inner ring is the pin: it is then the planet that turns.
 
-    T. A. Harris and M. N. Kotzalas, Rolling bearing analysis, CRC Press (2007); ISO/TS 16281.
+    T. A. Harris and M. N. Kotzalas, Rolling bearing analysis, CRC Press (2007); ISO/TS 16281:2008, whose formulas and
+    constants were compared with public programs that cite its equations, not with its text. One radius D_pw / 2 counts
+    in kinematics and moment, where ISO/TS 16281 has the radius of the inner groove's centre in the kinematics.
     """
 
     kind: str
     rows: tuple[Row, ...]
     C: float = field(kw_only=True)
     damping_time: float = field(default=0.0, kw_only=True)
-    drag: Drag | BearingDrag | None = field(default=None, kw_only=True)
+    drag: AnyDrag | None = field(default=None, kw_only=True)
+    guidance: float = field(default=0.0, kw_only=True)
     estimate: str = field(default="", kw_only=True)
 
     def __post_init__(self):
@@ -61,6 +66,9 @@ class RollingBearing:
         require(0 < self.C < inf, f"C must be > 0 N and finite, got {self.C}; pass newtons: 23.4 kN are 23.4e3")
         ratio = f"damping_time must lie in [0, 0.1) s, got {self.damping_time}; pass damping / stiffness"
         require(0 <= self.damping_time < 0.1, ratio)
+        stiff = self.guidance == 0 or SOFT <= self.guidance < RIGID
+        unit = f"guidance must be 0 or lie in [{SOFT:g}, {RIGID:g}) N/m, got {self.guidance:g}; 20 N/um are 20e6 N/m"
+        require(stiff, unit)
 
     def __getstate__(self) -> dict:
         """The fields alone: compiled laws hold addresses, which another process must not read."""
@@ -69,6 +77,7 @@ class RollingBearing:
     def __repr__(self) -> str:
         parts = [f"kind={self.kind!r}", *map(_described, self.rows), f"C={self.C:g} N"]
         parts += [f"damping_time={self.damping_time:g} s"] * (self.damping_time > 0)
+        parts += [f"guidance={self.guidance:g} N/m"] * (self.guidance > 0)
         parts += [f"drag={self.drag!r}"] * (self.drag is not None) + ["geometry estimated"] * bool(self.estimate)
         return f"RollingBearing({', '.join(parts)})"
 
@@ -87,7 +96,7 @@ class RollingBearing:
         E: float = 210e9,
         nu: float = 0.3,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A deep groove ball bearing.
 
@@ -125,7 +134,7 @@ class RollingBearing:
         E: float = 210e9,
         nu: float = 0.3,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """An angular contact ball bearing, whose balls just touch both rings in the centred position.
 
@@ -138,8 +147,8 @@ class RollingBearing:
         _check_angle(alpha, direction)
         r_i, r_e = _grooves(D_w, r_i, r_e)
         A = r_i + r_e - D_w
-        distances = {"X_0": A * sin(alpha), "R_0": A * cos(alpha)}
-        row = BallRow(Z, D_w, D_pw, alpha, E, nu, direction=direction, r_i=r_i, r_e=r_e, **distances)
+        X_0, R_0 = A * sin(alpha), A * cos(alpha)
+        row = BallRow(Z, D_w, D_pw, alpha, E, nu, direction=direction, r_i=r_i, r_e=r_e, X_0=X_0, R_0=R_0)
         return cls._of("angular contact", row, C, damping_time, drag)
 
     @classmethod
@@ -153,24 +162,26 @@ class RollingBearing:
         L_we: float,
         clearance: float = 0.0,
         laminae: int = LAMINAE,
+        guidance: float = 0.0,
         C: float | None = None,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
-        """A cylindrical roller bearing of steel without axial guidance: it carries no axial force.
+        """A cylindrical roller bearing of steel; without guidance it carries no axial force.
 
         Z           number of rollers
         D_w, D_pw   diameter of the rollers, of the pitch circle [m]
         L_we        effective length of a roller [m]
         clearance   diametral one in operation [m]
         laminae     number of laminae into which a roller is cut, with the profile of ISO/TS 16281
+        guidance    stiffness of its ribs along the axis, taken the same in both directions and without play [N/m]
         C           dynamic radial capacity [N]; by default that of ISO 281 for the geometry
 
         damping_time and drag as in `RollingBearing`. Raises ValueError for impossible geometry and values that suggest
         another unit.
         """
         row = _roller_row(Z, D_w, D_pw, L_we, laminae, 0.0, 1, SHORT_DROP, clearance)
-        return cls._of("cylindrical roller", row, C, damping_time, drag)
+        return cls._of("cylindrical roller", row, C, damping_time, drag, guidance)
 
     @classmethod
     @checked
@@ -183,13 +194,17 @@ class RollingBearing:
         L_we: float,
         clearance: float = 0.0,
         laminae: int = LAMINAE,
+        guidance: float = 0.0,
         C: float | None = None,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
-        """A needle roller bearing: as `cylindrical_roller`, with long rollers that only drop near their ends."""
+        """A needle roller bearing: as `cylindrical_roller`, with long rollers that only drop near their ends.
+
+        guidance   stiffness of the thrust washers beside it [N/m], which planets on pins need
+        """
         row = _roller_row(Z, D_w, D_pw, L_we, laminae, 0.0, 1, SHORT_DROP, clearance)
-        return cls._of("needle", row, C, damping_time, drag)
+        return cls._of("needle", row, C, damping_time, drag, guidance)
 
     @classmethod
     @checked
@@ -205,7 +220,7 @@ class RollingBearing:
         laminae: int = LAMINAE,
         C: float | None = None,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A tapered roller bearing of steel, whose rollers just touch both rings in the centred position.
 
@@ -234,7 +249,7 @@ class RollingBearing:
         direction: int = 1,
         clearance: float = 0.0,
         damping_time: float = 0.0,
-        drag: Drag | BearingDrag | None = None,
+        drag: AnyDrag | None = None,
     ) -> "RollingBearing":
         """A bearing whose inner geometry is estimated from what catalogues tell; `estimate` tells how well.
 
@@ -279,9 +294,46 @@ class RollingBearing:
         return cls(kind, (row,), C=C, damping_time=damping_time, drag=drag, estimate=text)
 
     @classmethod
-    def _of(cls, kind: str, row: Row, C, damping_time: float, drag) -> "RollingBearing":
+    def _of(cls, kind: str, row: Row, C, damping_time: float, drag, guidance: float = 0.0) -> "RollingBearing":
         capacity = dynamic_capacity(row) if C is None else C
-        return cls(kind, (row,), C=capacity, damping_time=damping_time, drag=drag)
+        return cls(kind, (row,), C=capacity, damping_time=damping_time, drag=drag, guidance=guidance)
+
+    @checked
+    def rolling(self, angle: float = 0.0) -> "RollingBearing":
+        """The bearing whose cage rolls with the shaft in runs, so that its stiffness varies as elements pass the load.
+
+        angle   of the first element from x while the shaft has not turned [rad]
+
+        Elements roll without sliding on a ring that stands: the cage turns by (1 - D_w cos(alpha) / D_pw) / 2 of the
+        inner ring. The outer ring is passed at Z times that speed (`orders`). Statics and modes take the cage as it
+        stands at the start.
+        """
+        require_finite("angle", angle, "pass rad")
+        return replace(self, rows=tuple(replace(row, cage_angle=float(angle)) for row in self.rows))
+
+    @checked
+    def on_pin(self) -> "RollingBearing":
+        """The bearing as a planet or an idler has it on its pin: the outer ring turns with the shaft, the inner one is
+        the pin. Displacements are those of the planet, and `direction` remains that of the axial force on the pin.
+        """
+        return replace(self, rows=tuple(replace(row, on_pin=True) for row in self.rows))
+
+    @property
+    def cage_rolls(self) -> bool:
+        """Whether the stiffness in runs varies with the turn of the shaft."""
+        return any(row.cage_ratio for row in self.rows)
+
+    @property
+    def orders(self) -> dict[str, float]:
+        """Frequencies of the first row over that of the shaft, the outer ring standing.
+
+        "cage" of the cage (FTF), "outer" and "inner" at which elements pass a point of that ring (BPFO, BPFI),
+        "element" of the turns of an element about itself (BSF), in which a point of it touches each ring once.
+        """
+        row = self.rows[0]
+        cage = (1 - row.gamma) / 2
+        spin = row.D_pw / (2 * row.D_w) * (1 - row.gamma**2)
+        return {"cage": cage, "outer": row.Z * cage, "inner": row.Z * (1 - cage), "element": spin}
 
     @checked
     def paired(self, arrangement: str, *, spacing: float, preload: float = 0.0) -> "RollingBearing":
@@ -326,12 +378,16 @@ class RollingBearing:
     @cached_property
     def law(self) -> LawRecord:
         """The compiled energy law, laminae of rollers one by one, about the centre of the bearing."""
-        return law_record(self.rows)
+        return law_record(self.rows, self.guidance)
 
     @cached_property
     def law_of_runs(self) -> LawRecord:
         """The law with tables of rollers instead of laminae, for many calls."""
-        return law_record(self.rows, tables=True)
+        return law_record(self.rows, self.guidance, tables=True)
+
+    def record_of_runs(self, lever: float) -> LawRecord:
+        """The law of runs with its damping, for compiled kernels; lever: its distance above the pole [m]."""
+        return law_record(self.rows, self.guidance, lever, self.damping_time, tables=True)
 
     @cached_property
     def stiffness(self) -> np.ndarray:
@@ -349,6 +405,7 @@ class RollingBearing:
         size = np.diagonal(response(self.law, 0.0, pushed).hessian, axis1=1, axis2=2).max(axis=0)
         size[:2], size[3:] = size[:2].max(), size[3:].max()
         k[range(COORDINATES), range(COORDINATES)] = size
+        k[2, 2] = max(k[2, 2], self.guidance)
         return k
 
     @checked
@@ -452,7 +509,12 @@ class LoadedBearing:
 
 def comes_apart(bearing: RollingBearing, q: np.ndarray) -> bool:
     """Whether a displacement q (5,) [m, rad] pulls the rings of an angular contact bearing apart."""
-    return any(row.comes_apart(q[:COORDINATES]) for row in bearing.rows)
+    return bool(parted(bearing, q[None, :COORDINATES])[0])
+
+
+def parted(bearing: RollingBearing, q: np.ndarray) -> np.ndarray:
+    """(n,) whether displacements q (n, 5) [m, rad] pull the rings of an angular contact bearing apart."""
+    return np.any([row.comes_apart(q) for row in bearing.rows], axis=0)
 
 
 def pressures(row: Row, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -482,6 +544,8 @@ def _described(row: Row) -> str:
     elif isinstance(row, RollerRow):
         parts += [f"L_we={row.L_we / mm:.6g} mm", f"gap={row.gap / um:.6g} um", f"laminae={row.laminae}"]
     parts += [f"axial={row.axial / mm:.6g} mm"] * (row.axial != 0)
+    parts += ["on a pin"] * row.on_pin
+    parts += [f"cage rolls from {row.cage_angle / deg:.6g} deg"] if row.cage_angle is not None else []
     return f"row({', '.join(parts)})"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from exugear.gearbox.beam import Beam, beam_of, twist_shapes, whirl_frequencies
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.disc import Disc, require_all, require_possible
-from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.gearbox.drag import AnyDrag, BearingDrag, Drag, SkfDrag
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft_loads import ExternalForce, Unbalance, about, gravity_of
 from exugear.gearbox.shaft_sections import Section, bounds_of, cylinders_of, mass_of, placed, ring_on, sections_of
@@ -165,7 +165,7 @@ class TorqueSupport:
 
 
 Load = ExternalForce | Unbalance
-Part = Gear | Ring | Bearing | RollingBearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag | Load
+Part = Gear | Ring | Bearing | RollingBearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag | SkfDrag | Load
 NO_DISPLACEMENT = Placement()
 PART_NAMES = "Bearing", "RollingBearing", "Disc", "Coupling", "TorqueSupport", "ExternalForce", "Unbalance", "Drag"
 
@@ -178,7 +178,7 @@ def check_parts(name: str, parts) -> None:
         number(f"axial positions of {name}", axial)
         group = part if isinstance(part, list | tuple) else (part,)
         wrong = [x for x in group if not isinstance(x, Part)]
-        kinds = f"{name} holds fem.Gear, RingPair.wheel, {', '.join(PART_NAMES)} and BearingDrag"
+        kinds = f"{name} holds fem.Gear, RingPair.wheel, {', '.join(PART_NAMES)}, BearingDrag and SkfDrag"
         require(not wrong, f"{kinds}, got {text_of(wrong[0]) if wrong else wrong} at {axial:g} m")
 
 
@@ -192,8 +192,8 @@ class Shaft:
 
     name         of the shaft, unique in a gearbox
     parts        axial position [m] -> `fem.Gear`, `Bearing`, `RollingBearing`, `Disc`, `Coupling`, `TorqueSupport`,
-                 `ExternalForce`, `Unbalance`, `Drag` or `BearingDrag`, or a list of them; the ring of a `RingPair` (its
-                 `wheel`) has no body: pass inertia and mass, or a `Disc`
+                 `ExternalForce`, `Unbalance`, `Drag`, `BearingDrag` or `SkfDrag`, or a list of them; the ring of a
+                 `RingPair` (its `wheel`) has no body: pass inertia and mass, or a `Disc`
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid disc of its
                  material up to the mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears
@@ -283,7 +283,7 @@ class Shaft:
             of_kind = "Gear" if kind == Gear | Ring else "Bearing"
             twice = f"shaft {self.name!r} carries two of a kind at one position: {of_kind} at {positions} m"
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
-        unloaded = [axial for axial, drag in self._parts_of(BearingDrag) if drag.needs_load]
+        unloaded = [axial for axial, drag in self._parts_of(BearingDrag | SkfDrag) if drag.needs_load]
         unknown = f"load of the BearingDrag at {unloaded} m of shaft {self.name!r} is not known; pass load=... [N]"
         require(not unloaded, f"{unknown}, or let an elastic Bearing carry it")
 
@@ -418,10 +418,10 @@ class Shaft:
         return bool(self.forces or self.unbalances or any(self.gravity))
 
     @property
-    def drags(self) -> list[tuple[float, Drag | BearingDrag]]:
+    def drags(self) -> list[tuple[float, AnyDrag]]:
         """(axial position [m], drag) of each drag, first those of the bearings."""
         of_bearings = [(axial, bearing.drag) for axial, bearing in self.bearings.items() if bearing.drag]
-        return of_bearings + self._parts_of(Drag | BearingDrag)
+        return of_bearings + self._parts_of(AnyDrag)
 
     @property
     def torque_supports(self) -> list[TorqueSupport]:

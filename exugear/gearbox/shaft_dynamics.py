@@ -19,7 +19,7 @@ from exugear.gearbox.bearing_law import (
 )
 from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.elastic_shaft import ElasticShaft
-from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
+from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart, parted
 from exugear.gearbox.shaft import Shaft
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
 
@@ -155,20 +155,27 @@ def elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> tuple[np.
 
 
 def bearing_forces(
-    shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray, elastic: ElasticShaft | None = None
+    shaft: Shaft,
+    q: np.ndarray,
+    q_t: np.ndarray,
+    forces: np.ndarray,
+    elastic: ElasticShaft | None = None,
+    spin: np.ndarray | None = None,
 ) -> None:
     """Add the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
     q, q_t    displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
               their rates; of an elastic shaft (n, 5 + m) with its m elastic coordinates
     elastic   the shaft if it is elastic
+    spin      (n,) of the shaft about z [rad], which rolling cages need
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
         motion = _motion_at(shaft, axial, q.shape[1], elastic)
         if isinstance(bearing, RollingBearing):
             for first in range(0, len(q), BLOCK):
                 block = slice(first, first + BLOCK)
-                force[:, block] += rolling_reaction(bearing, 0.0, q[block] @ motion[:5].T, q_t[block] @ motion[:5].T).T
+                at_bearing = _with_spin(bearing, q[block] @ motion[:5].T, None if spin is None else spin[block])
+                force[:, block] += rolling_reaction(bearing, 0.0, at_bearing, q_t[block] @ motion[:5].T).T
             continue
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
@@ -195,6 +202,44 @@ def bearing_displacements(
         displacement[:] = _motion_at(shaft, axial, q.shape[1], elastic)[:3] @ q.T
 
 
+def bearing_tilts(shaft: Shaft, q: np.ndarray, elastic: ElasticShaft | None = None) -> np.ndarray:
+    """(n_bearing, 2, n) tilts [rad] of a shaft at its bearings, in their order; q, elastic as in `bearing_forces`."""
+    if q.shape[1] < 5:
+        return np.zeros((len(shaft.bearings), 2, len(q)))
+    return np.array([_motion_at(shaft, axial, q.shape[1], elastic)[3:5] @ q.T for axial in shaft.bearings])
+
+
+def parted_bearings(
+    shaft: Shaft, q: np.ndarray, forces: np.ndarray, elastic: ElasticShaft | None = None
+) -> dict[float, np.ndarray]:
+    """Axial position [m] -> (n,) whether a rolling bearing with a contact angle has lost its axial force.
+
+    Its balls press where the rings have no shoulder, or none of its rows carries anything. Only bearings for which that
+    happens.
+
+    forces       (n_bearing, 3, n) on the shaft [N]
+    q, elastic   as in `bearing_forces`
+    """
+    apart = {}
+    for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
+        if not isinstance(bearing, RollingBearing) or all(row.alpha == 0 for row in bearing.rows):
+            continue
+        motion, lost = _motion_at(shaft, axial, q.shape[1], elastic)[:5], ~force.any(axis=0)
+        for first in range(0, len(q), BLOCK):
+            block = slice(first, first + BLOCK)
+            lost[block] |= parted(bearing, q[block] @ motion.T)
+        if lost.any():
+            apart[axial] = lost
+    return apart
+
+
+def _with_spin(bearing: Bearing | RollingBearing, q: np.ndarray, spin: np.ndarray | None) -> np.ndarray:
+    """Displacements (n, 5) at a bearing, with the spin (n,) as sixth column where its cage rolls."""
+    if spin is None or not isinstance(bearing, RollingBearing) or not bearing.cage_rolls:
+        return q
+    return np.column_stack([q, spin])
+
+
 def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaft | None = None) -> np.ndarray:
     """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass.
 
@@ -216,7 +261,7 @@ def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
     if motion.q is not None:
         for axial, bearing in shaft.bearings.items():
             at_bearing = motion.q @ _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5].T
-            energy += strain_energy(bearing, 0.0, at_bearing)
+            energy += strain_energy(bearing, 0.0, _with_spin(bearing, at_bearing, motion.spin))
         load = motion.elastic.load_of_decoupled if motion.elastic else shaft.constant_load
         energy -= motion.q @ load[: motion.q.shape[1]]
         if motion.elastic:
@@ -233,7 +278,8 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
     losses = {}
     for axial, bearing in shaft.bearings.items():
         rows = _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5]
-        losses[axial] = dissipated_power(bearing, 0.0, motion.q @ rows.T, motion.q_t @ rows.T)
+        displaced = _with_spin(bearing, motion.q @ rows.T, motion.spin)
+        losses[axial] = dissipated_power(bearing, 0.0, displaced, motion.q_t @ rows.T)
     return losses
 
 
@@ -253,17 +299,21 @@ def _forms(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def braking_torques(
-    shaft: Shaft, omega: np.ndarray, q: np.ndarray | None, elastic: ElasticShaft | None = None
+    shaft: Shaft,
+    omega: np.ndarray,
+    q: np.ndarray | None,
+    elastic: ElasticShaft | None = None,
+    spin: np.ndarray | None = None,
 ) -> np.ndarray:
     """(n,) torque of all drags of a shaft against its rotation [N m].
 
-    omega        (n,) speed of the shaft [rad/s]
-    q, elastic   as in `bearing_forces`; q None where the shaft only spins
+    omega              (n,) speed of the shaft [rad/s]
+    q, elastic, spin   as in `bearing_forces`; q None where the shaft only spins
     """
     loads: dict[float, np.ndarray] = {}
     if q is not None:
         forces = np.zeros((len(shaft.bearings), 3, omega.size))
-        bearing_forces(shaft, q, np.zeros_like(q), forces, elastic)
+        bearing_forces(shaft, q, np.zeros_like(q), forces, elastic, spin)
         loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
     torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)

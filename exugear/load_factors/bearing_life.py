@@ -37,8 +37,11 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     hours      the same at the mean speed of the runs [h]
     pressure   largest contact pressure of a ball or roller at either raceway [Pa]
 
-    The outer ring stands, elements share the load as in statics. Raises ValueError for runs without tilts of rolling
-    bearings.
+    element_pressure
+               likewise of each element, over `element`, the first on the x axis, row after row; NaN beyond their number
+
+    The outer ring stands, of planets on pins the inner one; elements share the load as in statics, with the cage as it
+    stands at the start. Raises ValueError for runs without tilts of rolling bearings.
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
     require(len(runs) > 0, "run must be a run or a list of them, got an empty list")
@@ -52,7 +55,7 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     fits = times.shape == durations.shape and bool((times >= 0).all()) and bool(times.sum() > 0)
     require(fits, f"shares must be (n_run,) >= 0 with n_run = {len(runs)}, got {shares}")
     bearings = {
-        f"{shaft.name} at {axial / mm:g} mm": (bearing, gearbox.ratios[shaft.name])
+        f"{shaft.name} at {axial / mm:g} mm": (bearing, _speed_ratio(gearbox, shaft.name))
         for shaft in gearbox.shafts
         for axial, bearing in shaft.bearings.items()
         if isinstance(bearing, RollingBearing)
@@ -65,17 +68,28 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
         "hours": ("h", "basic reference rating life at the mean speed"),
         "pressure": ("Pa", "largest contact pressure"),
     }
-    values = {
+    values: dict[str, Any] = {
         name: ("bearing", [x[i] for x in life.values()], {"units": unit, "long_name": long_name})
         for i, (name, (unit, long_name)) in enumerate(columns.items())
     }
+    of_elements = np.full((len(life), max(x[3].size for x in life.values())), np.nan)
+    for row, (*_, largest) in zip(of_elements, life.values(), strict=True):
+        row[: largest.size] = largest
+    about = {"units": "Pa", "long_name": "largest contact pressure of an element"}
+    values["element_pressure"] = ("bearing", "element"), of_elements, about
     return xr.Dataset(values, {"bearing": list(life)})
+
+
+def _speed_ratio(gearbox: Gearbox, name: str) -> float:
+    """Speed of a shaft over that of the driving shaft; of a planet that against its carrier, which bears the pin."""
+    carrier = gearbox.planets.get(name)
+    return gearbox.ratios[name] - (gearbox.ratios[carrier.name] if carrier else 0.0)
 
 
 def _life(
     label: str, bearing: RollingBearing, ratio: float, data: Sequence[xr.Dataset], shares: np.ndarray
-) -> tuple[float, float, float]:
-    """(life [revolutions], life [h], largest pressure [Pa]) of a bearing over runs by their shares of the time."""
+) -> tuple[float, float, float, np.ndarray]:
+    """Life [revolutions] and [h] of a bearing over runs by their shares of the time, largest pressure, of each [Pa]."""
     displacements, rates = [], []
     for run, share in zip(data, shares.tolist(), strict=True):
         at = run.sel(bearing=label)
@@ -84,6 +98,6 @@ def _life(
     q, revolutions = np.concatenate(displacements), np.concatenate(rates)
     require(revolutions.sum() > 0, "run must turn: bearings that stand have no life in revolutions")
     blocks = [q[first : first + BLOCK] for first in range(0, len(q), BLOCK)]
-    largest = max(float(np.max(pressures(row, block))) for row in bearing.rows for block in blocks)
-    life = bearing.life(q, revolutions)
-    return life, life / revolutions.sum() / HOUR, largest
+    largest = [np.max([np.max(pressures(row, block), axis=(0, 1)) for block in blocks], axis=0) for row in bearing.rows]
+    life, of_elements = bearing.life(q, revolutions), np.concatenate(largest)
+    return life, life / revolutions.sum() / HOUR, float(of_elements.max()), of_elements

@@ -14,7 +14,7 @@ from exugear.gearbox.shaft import Shaft
 from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.housing import coupling_of, seat_rows
-from exugear.multibody.model import Model
+from exugear.multibody.model import Model, pin_coordinates
 from exugear.multibody.planet_pins import pin_matrices
 from fem.units import mm
 
@@ -94,10 +94,8 @@ def pins(model: Model) -> Iterator[ElasticElement]:
     """The pins of planets between these and their carriers, in the initial state of the gearbox."""
     q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
     for pin in model.pins:
-        carrier, planet = model.spins[pin.carrier.name], model.spins[pin.planet.name]
-        n, m = (len(model.plan.shafts[shaft.name].components) for shaft in (pin.carrier, pin.planet))
-        part = [*range(carrier - n + 1, carrier + 1), *range(planet - m + 1, planet + 1)]
-        stiffness, _ = pin_matrices(pin, q[part].tolist(), n)
+        part, n = pin_coordinates(model, pin)
+        stiffness, _ = pin_matrices(pin, q[part].tolist(), n, float(q[part[n - 1]]))
         yield ElasticElement(f"{pin.planet.name} pin", "bearing", embedded(stiffness, part, q.size))
 
 

@@ -49,6 +49,34 @@ def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
     return xr.DataArray(values, dims=("mode", "shaft", "coordinate"), coords=coords)
 
 
+def bending_lines(model: Model, shapes: np.ndarray) -> dict[str, tuple]:
+    """Displacements of the axes of elastic shafts in modes (n, n_mode), for pictures: variables over `line_point`.
+
+    Empty where no shaft is elastic.
+    """
+    names: list[str] = []
+    axial, lines = [np.zeros(0)], [np.zeros((shapes.shape[1], 2, 0), shapes.dtype)]
+    for name, built in model.elastics.items():
+        elastic, beam = built.elastic, built.elastic.shaft.beam
+        if not elastic.spatial:
+            continue
+        decoupled = elastic.from_moving @ shapes[built.indices[elastic.moving]]
+        moved = [elastic.motion_at(z)[:2] @ decoupled for z in beam.axial]
+        names += [name] * beam.axial.size
+        axial.append(beam.axial)
+        lines.append(np.array(moved).transpose(2, 1, 0))
+    if not names:
+        return {}
+    values, over = np.concatenate(lines, axis=2), ("mode", "across", "line_point")
+    about = {"units": "kg^-0.5", "long_name": "displacement of the axis of the elastic shaft along x and y"}
+    return {
+        "line_shaft": ("line_point", names, {"units": "", "long_name": "shaft of the point"}),
+        "line_axial": ("line_point", np.concatenate(axial), {"units": "m", "long_name": "axial position"}),
+        "line": (over, values.real, about),
+        "line_imaginary": (over, values.imag, about),
+    }
+
+
 def kinds_of_modes(model: Model, modes: Eigenmodes) -> dict[str, tuple]:
     """Kind of each mode of planetary sets as a variable over `mode`; empty without planets.
 

@@ -9,7 +9,13 @@ import xarray as xr
 
 from exugear.gearbox.constant_loads import given_loads
 from exugear.modal.linear_system import LinearSystem, linear_assembly, linear_gearbox
-from exugear.modal.mode_shapes import kinds_of_modes, parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
+from exugear.modal.mode_shapes import (
+    bending_lines,
+    kinds_of_modes,
+    parts_of_shafts,
+    shapes_by_coordinate,
+    shapes_by_shaft,
+)
 from exugear.modal.operating_point import in_loaded_equilibrium
 from exugear.multibody.exudyn_objects import MainSystem
 from exugear.multibody.model import Model, require_model
@@ -68,6 +74,8 @@ def modes(
     kind            of a gearbox with planetary sets, by what moves beside the planets: "rotational" where sun, ring and
                     carrier turn or move along their axes, "translational" where they move in the plane or tilt,
                     "planet" where they stand, "ring" where the rim of an elastic ring moves most, else "mixed"
+    line            of elastic shafts, displacement of their axes along x and y over `line_point`, whose shafts and
+                    axial positions are line_shaft and line_axial; likewise line_imaginary
     mesh_stiffness  k, and mesh_force under the load, by stage: both are 0 where a mesh is idle, its teeth open. The
                     attribute idle_stages names such stages
 
@@ -88,6 +96,7 @@ def modes(
             system = linear_gearbox(in_equilibrium, [speed], phase)
         solved = modes_of(system)
         shape, further = shapes_by_shaft(model, solved.shapes), parts_of_shafts(model) | kinds_of_modes(model, solved)
+        further |= bending_lines(model, solved.shapes)
         attributes = load_attributes(load, torques) | {"speed": speed, "drive": drive}
     else:
         _check_hand_built(model, load, loads, speed, drive)

@@ -28,7 +28,7 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.rolling_bearings import add_rolling_bearing
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.planning.coordinates import Coordinates
-from exugear.rolling_bearings.law import LawRecord, law_at, law_record, reaction
+from exugear.rolling_bearings.law import LawRecord, law_at, reaction
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
@@ -38,9 +38,11 @@ RADIAL_LAW = record_type(("points", "i8"), ("lever", "f8"), ("damping", "f8"))
 RADIAL_LAW_SIZE = RADIAL_LAW.itemsize
 radial_law_at = reader(RADIAL_LAW)
 #: A drag: its terms; radial stiffness (2, 5) of its bearing over the motion of the centre of mass [N/m, N/rad], without
-#: that of a nonlinear bearing; addresses of the radial law and of the law of a rolling bearing, else 0.
+#: that of a nonlinear bearing; whether it needs the load of that bearing; addresses of the radial law and of the law of
+#: a rolling bearing, else 0.
 DRAG = record_type(
-    *((name, "f8") for name in DragTerms._fields), ("stiffness", "f8", (2, 5)), ("law", "i8"), ("rolling", "i8")
+    *((name, "f8") for name in DragTerms._fields),
+    *(("stiffness", "f8", (2, 5)), ("loaded", "i8"), ("law", "i8"), ("rolling_law", "i8")),
 )
 #: Head of the drags of a shaft: their number; behind it they lie one after the other.
 DRAGS = record_type(("number", "i8"))
@@ -155,7 +157,7 @@ def drag_functions(shaft: Shaft, n: int):
     """
     nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
     laws = {
-        axial: law_record(bearing.rows, axial - shaft.centre, tables=True)
+        axial: bearing.record_of_runs(axial - shaft.centre)
         if isinstance(bearing, RollingBearing)
         else radial_record(bearing, axial - shaft.centre)
         for axial, bearing in nonlinear.items()
@@ -181,21 +183,22 @@ def drag_record(shaft: Shaft, laws: Mapping[float, np.record | LawRecord]) -> np
         for name, value in drag.terms._asdict().items():
             entry[name] = value
         if drag.needs_load:
+            entry["loaded"] = 1
             entry["stiffness"] = linear_part(shaft.bearings[axial], axial - shaft.centre)[:2, :5]
             law = laws.get(axial)
-            entry["rolling"] = law.address if isinstance(law, LawRecord) else 0
+            entry["rolling_law"] = law.address if isinstance(law, LawRecord) else 0
             entry["law"] = address_of(law) if isinstance(law, np.record) else 0
     kind = record_type(("head", DRAGS), ("drags", DRAG, len(entries)))
     return record_of(kind, head=record_of(DRAGS, number=len(entries)), drags=entries)
 
 
 @compiled
-def bearing_load(drag, displacement):
-    """Radial force [N] of the bearing of a drag at displacements and tilts (5) of the centre of mass [m, rad]."""
-    if drag.arm == 0.0:
+def bearing_load(drag, displacement, spin):
+    """Radial force [N] of the bearing of a drag at displacements and tilts (5) of the centre of mass and spin [rad]."""
+    if drag.loaded == 0:
         return 0.0
-    if drag.rolling != 0:
-        forces = reaction(law_at(drag.rolling), displacement, (0.0, 0.0, 0.0, 0.0, 0.0))
+    if drag.rolling_law != 0:
+        forces = reaction(law_at(drag.rolling_law), displacement, (0.0, 0.0, 0.0, 0.0, 0.0), spin)
         return np.hypot(forces[0], forces[1])
     p, q, k = 0.0, 0.0, drag.stiffness
     for i in range(5):
@@ -224,7 +227,7 @@ def torque_and_slope(record, x):
     drags, displacement, torque, slope = drags_at(record), displacement_of(x), 0.0, 0.0
     for i in range(drags.number):
         drag = drag_at(record + DRAGS_SIZE + DRAG_SIZE * i)
-        load = bearing_load(drag, displacement)
+        load = bearing_load(drag, displacement, x[len(x) // 2 - 1])
         torque, slope = torque + braking_torque(drag, x[-1], load), slope + braking_slope(drag, x[-1], load)
     return torque, slope
 

@@ -1,15 +1,16 @@
 """Elastic shafts in Exudyn: an object with constant matrices between the bodies of the gears and a further node.
 
 Each gear has a rigid body, to which its contact is tied, in coordinates that do not turn. The object adds what these
-bodies lack: the rest of the mass matrix, the stiffness of shaft and bearings, and gyroscopic moments, which are
-proportional to the speed and which a compiled kernel evaluates. It records the elastic coordinates, too, from which the
-motion of each bearing follows.
+bodies lack: the rest of the mass matrix, the stiffness of shaft and bearings, and what a compiled kernel evaluates:
+gyroscopic moments, which are proportional to the speed, and nonlinear bearings, rolling ones with a predictor
+(`exugear.multibody.rolling_bearings`). It records the elastic coordinates, too, from which the motion of each bearing
+follows.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -35,18 +36,24 @@ from exugear.mesh_force.kernel_records import (
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
+from exugear.multibody.rolling_bearings import BEARING_STEPS, BEARINGS, predicted_reaction, steps_at
 from exugear.multibody.unbalance import add_unbalance
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
-from exugear.rolling_bearings.law import law_at, law_record, reaction
+from exugear.rolling_bearings.law import FAR as FAR_FROM_CENTRE
+from exugear.rolling_bearings.law import law_at
 from fem.support.numba_cache import compiled, kept
 
-#: Number of elastic coordinates, index of the spin; addresses of the gyroscopic matrix (n, n), of the rows (elastic, n)
-#: that measure the elastic coordinates, and of room for coordinates and velocities (2 n) and for forces (n).
-ELASTIC = record_type(*((name, "i8") for name in ("elastic", "spin", "polar", "rows", "state", "forces")))
-#: Address of a `RADIAL_LAW`, of the rows (2, n) that measure the radial displacement, and of such room; of a rolling
-#: bearing that of its `LAW`, and rows (5, n) for all of its motion.
-BEARING = record_type(*((name, "i8") for name in ("law", "rows", "state", "forces")))
+#: Number of elastic coordinates, index of the spin, number of nonlinear bearings; addresses of the gyroscopic matrix
+#: (n, n), of the rows (elastic, n) that measure the elastic coordinates, of room for coordinates and velocities (2 n)
+#: and for forces (n), and of the `BEARING` records.
+ELASTIC = record_type(
+    *((name, "i8") for name in ("elastic", "spin", "number", "polar", "rows", "state", "forces", "bearings"))
+)
+#: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `BEARING_STEPS`, and of the rows (5, n) that
+#: measure the motion at the bearing.
+BEARING = record_type(*((name, "i8") for name in ("radial", "law", "steps", "rows")))
 elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
+BEARING_SIZE = BEARING.itemsize
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,11 +160,6 @@ def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], e
     recorder = BodyRecorder(("amplitudes", "rates"), vector_size=len(elastic.amplitude_rows))
     built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
     number = _add_matrices(mbs, nodes, built)
-    for rows, bearing in at_bearings(elastic):
-        if isinstance(bearing, RollingBearing):
-            _add_rolling_bearing(mbs, nodes, rows, bearing)
-        elif not bearing.linear:
-            _add_bearing(mbs, nodes, rows, bearing)
     for axial, unbalance in elastic.shaft.unbalances if elastic.spatial else ():
         add_unbalance(mbs, nodes, elastic.at_bearing(axial)[:2], int(elastic.turning[0]), unbalance)
     return replace(built, number=number)
@@ -173,8 +175,37 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
     mbs.SetObjectParameter(built.number, "massMatrix", built.mass_beside(held=held))
 
 
+class _Nonlinear(NamedTuple):
+    """The nonlinear bearings of a shaft: (rows (6, n), bearing, steps or None), records, what these point to."""
+
+    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, np.record | None]]
+    records: np.ndarray
+    arrays: list[Any]
+
+
+def _nonlinear(elastic: ElasticShaft) -> _Nonlinear:
+    """The nonlinear bearings of an elastic shaft with the records that the kernel reads."""
+    nonlinear = [(rows, bearing) for rows, bearing in at_bearings(elastic) if not bearing.linear]
+    bearings, records = [], np.zeros(len(nonlinear), BEARING)
+    arrays: list[Any] = []
+    for record, (rows, bearing) in zip(records, nonlinear, strict=True):
+        measuring = np.ascontiguousarray(rows[:5])
+        record["rows"], steps = measuring.ctypes.data, None
+        if isinstance(bearing, RollingBearing):
+            law, steps = bearing.record_of_runs(0.0), np.zeros(1, BEARING_STEPS)[0]
+            record["law"], record["steps"] = law.address, address_of(steps)
+            arrays.append(law)
+        else:
+            radial = radial_record(bearing, 0.0)
+            record["radial"] = address_of(radial)
+            arrays.append(radial)
+        bearings.append((rows, bearing, steps))
+        arrays += [measuring, steps]
+    return _Nonlinear(bearings, records, arrays)
+
+
 def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
-    """Add the object with the matrices that bodies lack, the linear bearings among them, the end free."""
+    """Add the object with the matrices that bodies lack, the bearings among them, the end free."""
     elastic, recorder = built.elastic, built.recorder
     polar = elastic.polar_matrix.copy()
     for i, body in enumerate(inertias_of_bodies(elastic) if elastic.spatial else ()):
@@ -186,8 +217,8 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     matrices = built.mass_beside(held=False), stiffness, damping, polar
     measured_by = int(elastic.turning[0]), elastic.amplitude_rows
-    name, load = f"{elastic.shaft.name} shaft", elastic.constant_load
-    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, load)
+    name, beside = f"{elastic.shaft.name} shaft", {"load": elastic.constant_load, "nonlinear": _nonlinear(elastic)}
+    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, **beside)
 
 
 def add_matrices(
@@ -197,31 +228,53 @@ def add_matrices(
     matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     measured_by: tuple[int, np.ndarray],
     recorder: BodyRecorder,
+    *,
     load: np.ndarray | None = None,
+    nonlinear: _Nonlinear | None = None,
 ) -> int:
     """Add an object with constant matrices on nodes, which records amplitudes; returns its number.
 
     matrices      mass, stiffness, damping, and gyroscopic moments per speed, (n, n)
     measured_by   index of the coordinate whose rate is that speed, and rows (m, n) of the amplitudes
     load          (n,) constant forces
+    nonlinear     bearings of an elastic shaft
     """
     (mass, stiffness, damping, polar), (spin, rows), n = matrices, measured_by, len(matrices[0])
+    nonlinear = nonlinear or _Nonlinear([], np.zeros(0, BEARING), [])
     room = np.zeros(2 * n), np.zeros(n)
     arrays = np.ascontiguousarray(polar), np.ascontiguousarray(rows), *room
     record = np.zeros(1, ELASTIC)[0]
-    record.elastic, record.spin = recorder.vector_size, spin
+    record.elastic, record.spin, record.number = recorder.vector_size, spin, len(nonlinear.records)
     record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
+    record.bearings = nonlinear.records.ctypes.data
     kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
 
     def elastic_shaft(mbs, t, item, q, q_t):
-        return kernel(*addresses, t, *q, *q_t)
+        try:
+            return kernel(*addresses, t, *q, *q_t)
+        except ValueError as error:
+            r, end = error.args
+            if end == 0.0:
+                raise Diverged(f"displacement {r:.4g} m of a rolling bearing is beyond all bounds") from None
+            beyond = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
+            raise (OutOfRange(f"{beyond}; extend it") if r < FAR else Diverged(beyond)) from None
 
     def elastic_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         jacobian = factor_t * q_t[spin] * polar
         jacobian[:, spin] += factor_t * polar @ q_t
+        for rows, bearing, steps in nonlinear.bearings:
+            at_bearing = np.append(rows[:5] @ np.array(q), q[spin])
+            tangent = tangent_stiffness(bearing, 0.0, at_bearing) - linear_part(bearing, 0.0)
+            share = (factor + factor_t * bearing.damping_time) * tangent
+            if steps is not None and steps.duration:
+                steps.matrix = share[:5, :5]
+            jacobian += rows.T @ share @ rows
         return jacobian
 
-    function = direct(elastic_shaft, kernel, (record, recorder.header), n, pointed_to=(arrays, recorder))
+    steps = [steps for *_, steps in nonlinear.bearings if steps is not None]
+    mbs.variables[BEARINGS] = [*mbs.variables.get(BEARINGS, []), *steps]
+    function = errors_kept(mbs, elastic_shaft) if nonlinear.bearings else elastic_shaft
+    kept_alive = arrays, recorder, nonlinear
     item: Any = eii.ObjectGenericODE2(
         name=name,
         nodeNumbers=nodes,
@@ -229,7 +282,7 @@ def add_matrices(
         stiffnessMatrix=stiffness,
         dampingMatrix=damping,
         forceVector=np.zeros(n) if load is None else load,
-        forceUserFunction=function,
+        forceUserFunction=direct(function, kernel, (record, recorder.header), n, pointed_to=kept_alive),
         jacobianUserFunction=elastic_jacobian,
     )
     item.visualization["show"] = False
@@ -244,11 +297,40 @@ def further_node(mbs, name: str, size: int) -> int:
     return mbs.AddNode(eii.NodeGenericODE2(name=name, **data))
 
 
+@compiled
+def measured(rows, state, first, n):
+    """Motion (5) that rows (5, n) measure in a state, from an index on."""
+    x, y, z, a, b = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(n):
+        value = state[first + j]
+        x, y, z = x + rows[0, j] * value, y + rows[1, j] * value, z + rows[2, j] * value
+        a, b = a + rows[3, j] * value, b + rows[4, j] * value
+    return x, y, z, a, b
+
+
+@compiled
+def reaction_on_elastic(bearing, t, q, q_t, spin):
+    """Forces (6) of a nonlinear bearing by the motion (5) at it; ValueError(r, end) beyond its table or all bounds."""
+    if bearing.radial == 0:
+        far = abs(q[0]) + abs(q[1]) + abs(q[2])
+        if not far <= FAR_FROM_CENTRE:
+            raise ValueError(far, 0.0)
+        return predicted_reaction(law_at(bearing.law), steps_at(bearing.steps), t, q, q_t, spin)
+    law = radial_law_at(bearing.radial)
+    points = points_of(law)
+    r, end = np.hypot(q[0], q[1]), points[0, law.points - 1]
+    if not r <= end:
+        raise ValueError(r, end)
+    p, s = radial_reaction(points, law.damping, q[0], q[1], q_t[0], q_t[1])
+    return p, s, 0.0, 0.0, 0.0, 0.0
+
+
 @cache
 def elastic_kernel(n: int):
-    """The function (record, recorder, t, *coordinates, *velocities) -> gyroscopic moments (n) of an elastic shaft.
+    """The function (record, recorder, t, *coordinates, *velocities) -> forces (n) on an elastic shaft.
 
-    The first two are addresses: of an `ELASTIC` and of a recorder's header.
+    They are gyroscopic moments and the forces of nonlinear bearings. The first two are addresses: of an `ELASTIC` and
+    of a recorder's header. Raises ValueError(r, end) where the displacement r of a bearing lies beyond its law's end.
     """
 
     @kept
@@ -265,6 +347,16 @@ def elastic_kernel(n: int):
             rate = speed * state[n + j]
             for i in range(n):
                 forces[i] += polar[j, i] * rate
+        for k in range(shaft.number):
+            bearing = bearing_at(shaft.bearings + BEARING_SIZE * k)
+            rows = carray(doubles_at(bearing.rows), (5, n))
+            q, q_t = measured(rows, state, 0, n), measured(rows, state, n, n)
+            f = reaction_on_elastic(bearing, t, q, q_t, state[shaft.spin])
+            for j in range(n):
+                forces[j] += (
+                    rows[0, j] * f[0] + rows[1, j] * f[1] + rows[2, j] * f[2] + rows[3, j] * f[3] + rows[4, j] * f[4]
+                )
+            forces[shaft.spin] += f[5]
         k = sample_of(recorder, t)
         if k >= 0:
             header = header_at(recorder)
@@ -278,128 +370,3 @@ def elastic_kernel(n: int):
         return as_tuple(forces, n)
 
     return elastic_shaft
-
-
-def _add_bearing(mbs, nodes: list[Any], rows: np.ndarray, bearing: Bearing) -> None:
-    """Add the radial part of a nonlinear bearing, whose motion rows (6, n) measure."""
-    n, law = rows.shape[1], radial_record(bearing, 0.0)
-    arrays = np.ascontiguousarray(rows[:2]), np.zeros(2 * n), np.zeros(n)
-    record = np.zeros(1, BEARING)[0]
-    record.law, (record.rows, record.state, record.forces) = address_of(law), (array.ctypes.data for array in arrays)
-    kernel, address = bearing_kernel(n), address_of(record)
-
-    def elastic_bearing(mbs, t, item, q, q_t):
-        try:
-            return kernel(address, t, *q, *q_t)
-        except ValueError as error:
-            r, end = error.args
-            beyond = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
-            raise (OutOfRange(f"{beyond}; extend it") if r < FAR else Diverged(beyond)) from None
-
-    def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        radial = tangent_stiffness(bearing, 0.0, rows @ np.array(q)) - linear_part(bearing, 0.0)
-        return (factor + factor_t * bearing.damping_time) * rows.T @ radial @ rows
-
-    function = direct(errors_kept(mbs, elastic_bearing), kernel, (record,), n, pointed_to=(law, arrays))
-    item: Any = eii.ObjectGenericODE2(
-        nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=bearing_jacobian
-    )
-    item.visualization["show"] = False
-    mbs.AddObject(item)
-
-
-@cache
-def bearing_kernel(n: int):
-    """The function (record, t, *coordinates, *velocities) -> forces (n) of a nonlinear bearing on an elastic shaft.
-
-    record is the address of a `BEARING`. Raises ValueError(r, end) where the radial displacement r lies beyond the end
-    of the law.
-    """
-
-    @kept
-    def elastic_bearing(record, t, *x):
-        bearing = bearing_at(record)
-        law = radial_law_at(bearing.law)
-        points, rows = points_of(law), carray(doubles_at(bearing.rows), (2, n))
-        forces, at_x, at_y, v_x, v_y = carray(doubles_at(bearing.forces), n), 0.0, 0.0, 0.0, 0.0
-        put_all(bearing.state, x)
-        state = carray(doubles_at(bearing.state), 2 * n)
-        for j in range(n):
-            at_x, at_y = at_x + rows[0, j] * state[j], at_y + rows[1, j] * state[j]
-            v_x, v_y = v_x + rows[0, j] * state[n + j], v_y + rows[1, j] * state[n + j]
-        r, end = np.hypot(at_x, at_y), points[0, law.points - 1]
-        if not r <= end:
-            raise ValueError(r, end)
-        p, q = radial_reaction(points, law.damping, at_x, at_y, v_x, v_y)
-        for j in range(n):
-            forces[j] = rows[0, j] * p + rows[1, j] * q
-        return as_tuple(forces, n)
-
-    return elastic_bearing
-
-
-def _add_rolling_bearing(mbs, nodes: list[Any], rows: np.ndarray, bearing: RollingBearing) -> None:
-    """Add a rolling bearing, whose motion rows (6, n) measure."""
-    n, law = rows.shape[1], law_record(bearing.rows, 0.0, bearing.damping_time, tables=True)
-    arrays = np.ascontiguousarray(rows[:5]), np.zeros(2 * n), np.zeros(n)
-    record = np.zeros(1, BEARING)[0]
-    record.law, (record.rows, record.state, record.forces) = law.address, (array.ctypes.data for array in arrays)
-    kernel, address = rolling_kernel(n), address_of(record)
-
-    def rolling_bearing(mbs, t, item, q, q_t):
-        try:
-            return kernel(address, t, *q, *q_t)
-        except ValueError as error:
-            raise Diverged(f"displacement {error.args[0]:.4g} m of a rolling bearing is beyond all bounds") from None
-
-    def rolling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        tangent = tangent_stiffness(bearing, 0.0, rows @ np.array(q))
-        return (factor + factor_t * bearing.damping_time) * rows.T @ tangent @ rows
-
-    function = direct(errors_kept(mbs, rolling_bearing), kernel, (record,), n, pointed_to=(law, arrays))
-    item: Any = eii.ObjectGenericODE2(
-        nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=rolling_jacobian
-    )
-    item.visualization["show"] = False
-    mbs.AddObject(item)
-
-
-@compiled
-def measured(rows, state, first, n):
-    """Motion (5) that rows (5, n) measure in a state, from an index on."""
-    x, y, z, a, b = 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(n):
-        value = state[first + j]
-        x, y, z = x + rows[0, j] * value, y + rows[1, j] * value, z + rows[2, j] * value
-        a, b = a + rows[3, j] * value, b + rows[4, j] * value
-    return x, y, z, a, b
-
-
-@cache
-def rolling_kernel(n: int):
-    """The function (record, t, *coordinates, *velocities) -> forces (n) of a rolling bearing on an elastic shaft.
-
-    record is the address of a `BEARING`. Raises ValueError(displacement) beyond all bounds.
-    """
-
-    @kept
-    def elastic_rolling_bearing(record, t, *x):
-        bearing = bearing_at(record)
-        put_all(bearing.state, x)
-        state, rows = carray(doubles_at(bearing.state), 2 * n), carray(doubles_at(bearing.rows), (5, n))
-        q, forces = measured(rows, state, 0, n), carray(doubles_at(bearing.forces), n)
-        far = abs(q[0]) + abs(q[1]) + abs(q[2])
-        if not far <= FAR:
-            raise ValueError(far)
-        on_shaft = reaction(law_at(bearing.law), q, measured(rows, state, n, n))
-        for j in range(n):
-            forces[j] = (
-                rows[0, j] * on_shaft[0]
-                + rows[1, j] * on_shaft[1]
-                + rows[2, j] * on_shaft[2]
-                + rows[3, j] * on_shaft[3]
-                + rows[4, j] * on_shaft[4]
-            )
-        return as_tuple(forces, n)
-
-    return elastic_rolling_bearing

@@ -12,7 +12,7 @@ from exugear.contact.reference_configuration import is_spatial, state_at_coordin
 from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
-from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement
+from exugear.gearbox.shaft_dynamics import ARMIJO, MOST_STEPS, SMALLEST_STEP, elastic_displacement, static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
@@ -29,8 +29,9 @@ from exugear.multibody.model import (
     matrices_without_meshes,
     motion_of,
     moving_of,
+    pin_coordinates,
 )
-from exugear.multibody.planet_pins import Pin
+from exugear.multibody.planet_pins import Pin, pin_matrices, pin_potential
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
@@ -186,6 +187,9 @@ def _shared_among_planets(
     for index, torque in torques.items():
         loads[index] += torque
     stiffness = matrices_without_meshes(model)[1]
+    rolling = [pin_coordinates(model, pin) for pin in model.pins if pin.law is not None]
+    for (part, n), pin in zip(rolling, [pin for pin in model.pins if pin.law is not None], strict=True):
+        stiffness[np.ix_(part, part)] -= pin_matrices(pin, np.zeros(len(part)).tolist(), n, 0.0)[0]
     standing = [*(end_coordinate(model, name) for name in conditions.anchors), *held_by_joints(model)]
     free = np.setdiff1d(np.arange(q.size), standing)
     sides, openings = np.sign(forces), np.array([mesh.opening for mesh in model.meshes])
@@ -202,9 +206,11 @@ def _shared_among_planets(
         for _ in model.meshes:
             springs = np.where(pressed, secants, 0.0)
             total = stiffness + rows.T @ (springs[:, None] * rows)
-            residual = loads - stiffness @ q - rows.T @ (springs * (reference + rows @ q))
-            moved = q.copy()
-            moved[free] += np.linalg.lstsq(total[np.ix_(free, free)], residual[free])[0]
+            on_all, moved = loads - rows.T @ (springs * reference), q.copy()
+            if rolling:
+                moved = _minimum(model, q, free, total, on_all)
+            else:
+                moved[free] += np.linalg.lstsq(total[np.ix_(free, free)], (on_all - total @ q)[free])[0]
             pulling = pressed & (sides * (reference + rows @ moved) < 0)
             if not pulling.any():
                 q = moved
@@ -225,6 +231,38 @@ def _shared_among_planets(
         limits = [(model.meshes[i].law.backlash + 2 * openings[i], driving[i] + rows[i] @ q) for i in of_member]
         q[model.spins[name]] += _middle_of_gaps(limits, rows[of_member, model.spins[name]])
     return q, unloaded
+
+
+def _minimum(model: Model, q: np.ndarray, free: np.ndarray, linear: np.ndarray, loads: np.ndarray) -> np.ndarray:
+    """Coordinates (n,) of least potential of rolling bearings on pins and a linear rest: Newton's iteration from q.
+
+    free     indices of the coordinates that move
+    linear   (n, n) stiffness of the rest
+    loads    (n,) at coordinates 0 [N, N m]
+    """
+    pins = [(pin, *pin_coordinates(model, pin)) for pin in model.pins if pin.law is not None]
+
+    def potential_of(q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        strained, hessian = linear @ q, linear.copy()
+        energy, gradient = float(q @ strained) / 2 - float(loads @ q), strained - loads
+        for pin, part, n in pins:
+            of_pin = pin_potential(pin, q[part], n)
+            energy, among = energy + of_pin[0], np.ix_(part, part)
+            gradient[part] += of_pin[1]
+            hessian[among] += of_pin[2]
+        return energy, gradient, hessian
+
+    energy, gradient, hessian = potential_of(q)
+    for _ in range(MOST_STEPS):
+        step = np.zeros(q.size)
+        step[free] = np.linalg.lstsq(hessian[np.ix_(free, free)], -gradient[free])[0]
+        slope = float(gradient @ step)
+        while potential_of(q + step)[0] > energy + ARMIJO * slope and np.abs(step).max() > SMALLEST_STEP:
+            step, slope = step / 2, slope / 2
+        q, (energy, gradient, hessian) = q + step, potential_of(q + step)
+        if np.abs(step).max() <= SMALLEST_STEP:
+            break
+    return q
 
 
 def _row_of_flank(model: Model, mesh: Mesh, side: float) -> np.ndarray:

@@ -23,7 +23,7 @@ from exugear.multibody.elastic_shafts import BuiltShaft, set_held
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
-from exugear.multibody.planet_pins import Pin
+from exugear.multibody.planet_pins import Pin, pin_matrices, steepest_matrix
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates
@@ -252,6 +252,12 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
     resonances = zip(*(train.mesh_resonances(names, sets).tolist() for names in (driving, ())), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
+    supports = [
+        bearing
+        for shaft in box.shafts
+        if system.scene.shafts[shaft.name].on_bearings
+        for bearing in shaft.bearings.values()
+    ]
     plan = BuiltPlan(
         **vars(system.scene),
         omega=omega,
@@ -260,6 +266,8 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
         mesh_resonances=dict(zip(box.labels, resonances, strict=True)),
         decay=train.decay(imposed),
         largest_torques=dict(zip(box.labels, largest, strict=True)),
+        supports=len(supports),
+        rolling=sum(isinstance(bearing, RollingBearing) for bearing in supports),
     )
     per_torque = force_per_torque(box, held)
     meshes = tuple(_mesh(system, train, i, imposed, per_torque) for i in range(len(system.contacts)))
@@ -370,9 +378,13 @@ def held_by_joints(system: BuiltSystem) -> np.ndarray:
 def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
     """Stiffness matrix of the nonlinear bearings at their steepest slopes."""
     total = np.zeros((system.mbs.systemData.ODE2Size(),) * 2)
+    for pin in system.pins:
+        if pin.law is not None:
+            between, n = pin_coordinates(system, pin)
+            total[np.ix_(between, between)] += steepest_matrix(pin, np.zeros(len(between)).tolist(), n)
     for shaft in system.gearbox.shafts:
         first, built = system.spins[shaft.name] - 5, system.elastics.get(shaft.name)
-        for axial, bearing in shaft.bearings.items():
+        for axial, bearing in () if shaft.name in system.gearbox.planets else shaft.bearings.items():
             if not bearing.linear and built:
                 rows, k = (
                     built.elastic.at_bearing(axial),
@@ -388,6 +400,13 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
     return total
 
 
+def pin_coordinates(system: BuiltSystem, pin: Pin) -> tuple[list[int], int]:
+    """Indices of the coordinates of the carrier of a pin, then of its planet, and the number of the former."""
+    carrier, planet = system.spins[pin.carrier.name], system.spins[pin.planet.name]
+    n, m = (len(system.scene.shafts[shaft.name].components) for shaft in (pin.carrier, pin.planet))
+    return [*range(carrier - n + 1, carrier + 1), *range(planet - m + 1, planet + 1)], n
+
+
 class BearingTangents(NamedTuple):
     """Changes (n, n) of the stiffness and damping matrix of the linear system by nonlinear bearings in a state."""
 
@@ -401,7 +420,14 @@ def bearing_tangents(system: BuiltSystem, q: np.ndarray) -> BearingTangents:
     The damping of the linear system is that at rest.
     """
     stiffness, damping = -nonlinear_bearing_stiffness(system), np.zeros((q.size, q.size))
-    for shaft in system.gearbox.shafts:
+    for pin in system.pins:
+        if pin.law is not None:
+            between, n = pin_coordinates(system, pin)
+            loaded = pin_matrices(pin, q[between].tolist(), n, float(q[between[n - 1]]))
+            unloaded = pin_matrices(pin, np.zeros(len(between)).tolist(), n, 0.0)
+            stiffness[np.ix_(between, between)] += loaded[0] - unloaded[0]
+            damping[np.ix_(between, between)] += loaded[1] - unloaded[1]
+    for shaft in [shaft for shaft in system.gearbox.shafts if shaft.name not in system.gearbox.planets]:
         part = slice(system.spins[shaft.name] - 5, system.spins[shaft.name] + 1)
         built = system.elastics.get(shaft.name)
         for axial, bearing in shaft.bearings.items():

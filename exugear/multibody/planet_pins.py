@@ -10,6 +10,10 @@ about the planet's centre of mass. The damper acts by the rates in the carrier's
 and u = z' - omega x z, so that a deflection that turns with the carrier dissipates nothing. Forces follow by virtual
 work, and their moments balance. In the plane z and n do not move, and d_r is all that is left.
 
+A rolling bearing has the energy of its law instead, of d and z by their components along the pin's radius e, across it
+f and along it n: U(d.e, d.f, d.n, -z.f, z.e). These do not change as all turns with the carrier, so that its moments
+balance likewise.
+
 Velocities v of the integrator exceed the true ones by their second derivative times its lag, of an orbit by
 -omega^2 lag v: the damper takes (1 + lag omega^2) v. Without that it would brake the orbit.
 """
@@ -27,10 +31,13 @@ from exugear.contact.recorder import BodyRecorder, body_header_at, sample_of, st
 from exugear.contact.rotation import RXYZ, angular_velocity, by_angles, moments, times, transposed
 from exugear.contact.vectors import cross, dot, scaled, total
 from exugear.gearbox.bearing import Bearing, is_isotropic
+from exugear.gearbox.bearing_law import potential, tangent_stiffness
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, reader, record_type
 from exugear.multibody.direct_call import direct
 from exugear.multibody.imposed_motion import spin_of
+from exugear.rolling_bearings.law import LawRecord, law_at, reaction
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
@@ -40,10 +47,11 @@ from fem.support.validation import require
 #: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
 #: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. lag: of the
 #: velocities of the integrator [s^2] (`exugear.planning.integrator_and_step.Rule.lag`).
+#: Address of the law of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one.
 PIN = record_type(
     *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
     *(("carrier_tilts", "f8", 2), ("planet_tilts", "f8", 2), ("stiffness", "f8", 4), ("damping", "f8", 4)),
-    *(("torque", "f8"), ("inertia", "f8"), ("imposed", "i8"), ("lag", "f8")),
+    *(("torque", "f8"), ("inertia", "f8"), ("imposed", "i8"), ("lag", "f8"), ("law", "i8")),
 )
 pin_at = reader(PIN)
 #: Deflection along and across the pin's radius, along the pin, and tilts about the first two, in the carrier's frame
@@ -102,6 +110,7 @@ class Pin:
     stiffness         (6, 6) of its bearings about the planet's centre of mass
     record            `PIN`, which a run changes
     recorder          samples
+    law               of a rolling bearing, to which the record points; else None
     """
 
     planet: Shaft
@@ -110,6 +119,17 @@ class Pin:
     stiffness: np.ndarray
     record: np.record
     recorder: PinRecorder
+    law: LawRecord | None = None
+
+    @property
+    def bearing(self) -> Bearing | RollingBearing:
+        """The bearing of the planet on the pin."""
+        return next(iter(self.planet.bearings.values()))
+
+    @property
+    def lever(self) -> float:
+        """Axial distance of a rolling bearing from the planet's centre of mass [m]."""
+        return next(iter(self.planet.bearings)) - self.planet.centre
 
     @property
     def arm(self) -> np.ndarray:
@@ -131,16 +151,15 @@ def pin_of(planet: Shaft, carrier: Shaft, poses, components: int) -> Pin:
     poses        reference coordinates (6) of planet and carrier
     components   of the planet's motion beside its spin: 2 or 5
     """
-    stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    stiffness, damping, law = np.zeros((6, 6)), np.zeros((6, 6)), None
     for axial, bearing in planet.bearings.items():
-        if not isinstance(bearing, Bearing):
-            kind = f"the pin of {planet.name!r} must be a Bearing(radial=...), got a {type(bearing).__name__}"
-            raise ValueError(kind)
         k = bearing.at(axial - planet.centre)
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
-    alike = all(bearing.linear for bearing in planet.bearings.values()) and is_isotropic(stiffness)
+        law = bearing.record_of_runs(axial - planet.centre) if isinstance(bearing, RollingBearing) else law
+    linear = law is not None or all(bearing.linear for bearing in planet.bearings.values())
     turning = f"the pin of {planet.name!r} turns with the carrier: its bearing must be linear and the same in all"
-    require(alike, f"{turning} directions; pass Bearing(radial=..., axial=..., tilt=...)")
+    remedy = "directions; pass Bearing(radial=..., axial=..., tilt=...) or a RollingBearing"
+    require(linear and is_isotropic(stiffness), f"{turning} {remedy}")
     on_planet, on_carrier = np.asarray(poses, float)
     between, record = on_planet[:3] - on_carrier[:3], np.zeros(1, PIN)[0]
     into = np.transpose(by_angles((*on_carrier[3:5], 0.0, 0.0)))
@@ -150,8 +169,9 @@ def pin_of(planet: Shaft, carrier: Shaft, poses, components: int) -> Pin:
     radius /= np.linalg.norm(radius)
     record.axes, record.between = [radius, np.cross(axis, radius), axis], between
     record.planet_tilts, record.carrier_tilts = on_planet[3:5], on_carrier[3:5]
+    record.law = 0 if law is None else law.address
     record.stiffness, record.damping = ([k[0, 0], k[2, 2], k[3, 3], k[0, 4]] for k in (stiffness, damping))
-    return Pin(planet, carrier, between, stiffness, record, PinRecorder(names_of_samples(components)))
+    return Pin(planet, carrier, between, stiffness, record, PinRecorder(names_of_samples(components)), law)
 
 
 @compiled
@@ -228,9 +248,17 @@ def pin_forces_in_space(pin, t, recorder, carrier, planet):
     true = 1.0 + pin.lag * dot(omega, omega)
     w = less(scaled(true, less(vector_of(v_p), vector_of(v_c))), cross(omega, arm))
     u = cross(turning, z)
-    force, tilting = bearing_reaction(pin.stiffness, d, z, n)
-    drag, braking = bearing_reaction(pin.damping, w, u, n)
-    pushed, turned = total(force, drag), total(tilting, braking)
+    along, across = times(attitude, vector_of(pin.axes[0])), times(attitude, vector_of(pin.axes[1]))
+    deflections = dot(d, along), dot(d, across), dot(d, n), -dot(z, across), dot(z, along)
+    rates = dot(w, along), dot(w, across), dot(w, n), -dot(u, across), dot(u, along)
+    if pin.law == 0:
+        force, tilting = bearing_reaction(pin.stiffness, d, z, n)
+        drag, braking = bearing_reaction(pin.damping, w, u, n)
+        pushed, turned = total(force, drag), total(tilting, braking)
+    else:
+        f_r, f_t, f_n, m_r, m_t, _ = reaction(law_at(pin.law), deflections, rates, 0.0)
+        pushed = scaled(-1.0, total(total(scaled(f_r, along), scaled(f_t, across)), scaled(f_n, n)))
+        turned = total(scaled(m_r, across), scaled(-m_t, along))
     on_planet = scaled(-1.0, cross(z, turned))
     # The elastic moment on the carrier is rho x force - n x dU/dn, which equals arm x force + z x tilting.
     on_carrier = total(cross(arm, pushed), cross(z, turned))
@@ -238,9 +266,6 @@ def pin_forces_in_space(pin, t, recorder, carrier, planet):
     a_p, b_p, _, _ = moments(RXYZ, angles_p, of_planet, on_planet)
     k = sample_of(recorder, t)
     if k >= 0:
-        along, across = times(attitude, vector_of(pin.axes[0])), times(attitude, vector_of(pin.axes[1]))
-        deflections = dot(d, along), dot(d, across), dot(d, n), -dot(z, across), dot(z, along)
-        rates = dot(w, along), dot(w, across), dot(w, n), -dot(u, across), dot(u, along)
         centre = q_c[0], q_c[1], q_c[2], q_c[3], q_c[4], v_c[0], v_c[1], v_c[2], v_c[3], v_c[4]
         velocity = v_p[0], v_p[1], v_p[2], v_p[3], v_p[4], angles_p[1]
         motion = spin.angle, spin.speed, torque
@@ -283,14 +308,47 @@ def pin_kernel(n: int, m: int):
     return planet_pin
 
 
-def pin_matrices(pin: Pin, q: Sequence[float], n: int) -> tuple[np.ndarray, np.ndarray]:
+def pin_matrices(pin: Pin, q: Sequence[float], n: int, angle: float) -> tuple[np.ndarray, np.ndarray]:
     """(n + m, n + m) stiffness and damping between the n coordinates of a carrier and the m of a planet.
 
-    q   coordinates (n + m) of both
+    q       coordinates (n + m) of both
+    angle   of the carrier [rad]
 
     First order in tilts, without the change of the direction in which the force of the pin acts. A turn of the carrier
-    with which the planet orbits strains nothing.
+    with which the planet orbits strains nothing. Rolling bearings have their tangent.
     """
+    if pin.law is None:
+        matrices = _about_centre(*pin.record.stiffness), _about_centre(*pin.record.damping)
+    else:
+        tangent = pin_tangent(pin, q, n, angle)
+        matrices = tangent, pin.bearing.damping_time * tangent
+    stiffness, damping = (_between(pin, q, n, matrix) for matrix in matrices)
+    return stiffness, damping
+
+
+def steepest_matrix(pin: Pin, q: Sequence[float], n: int) -> np.ndarray:
+    """(n + m, n + m) what the steepest stiffness of a rolling bearing adds to its tangent; arguments as above."""
+    return _between(pin, q, n, pin.stiffness[:5, :5] - pin_tangent(pin, q, n, float(q[n - 1])))
+
+
+def pin_potential(pin: Pin, q: np.ndarray, n: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Energy [J], gradient (n + m,) and Hessian of a rolling bearing, first order about the reference configuration.
+
+    q   coordinates (n + m) of carrier and planet in space
+    """
+    slopes = _along_pin(pin, 0.0) @ _slopes(pin, np.zeros(len(q)), n)
+    energy, gradient, hessian = potential(pin.bearing, pin.lever, slopes @ q)
+    return energy, slopes.T @ gradient, slopes.T @ hessian @ slopes
+
+
+def _between(pin: Pin, q: Sequence[float], n: int, matrix: np.ndarray) -> np.ndarray:
+    """(n + m, n + m) matrix between carrier and planet of that (5, 5) over the motion of the planet against its pin."""
+    slopes, rows = _slopes(pin, q, n), slice(0, pin.recorder.components)
+    return slopes.T @ matrix[rows, rows] @ slopes
+
+
+def _slopes(pin: Pin, q: Sequence[float] | np.ndarray, n: int) -> np.ndarray:
+    """(2 or 5, n + m) motion of the planet against its pin, along the global axes, by the coordinates q (n + m)."""
     components = pin.recorder.components
     in_plane, arm = components == 2, pin.arm + np.asarray(q[n : n + components])
     arm -= np.asarray(q[:components]) if n > 1 else 0.0
@@ -298,10 +356,33 @@ def pin_matrices(pin: Pin, q: Sequence[float], n: int) -> tuple[np.ndarray, np.n
     by_carrier = np.zeros((5, 6))
     by_carrier[:, :5], by_carrier[:3, 3:5] = -np.eye(5), [[0.0, -z], [z, 0.0], [-y, x]]
     by_carrier[:, 5] = y, -x, 0.0, b, -a
-    moving, rows = [0, 1, 5] if in_plane else [0, 1, 2, 3, 4, 5], slice(0, components)
-    slopes = np.column_stack([by_carrier[:, [5] if n == 1 else moving], np.eye(6)[:5, moving]])[rows]
-    stiffness, damping = (_about_centre(*x)[rows, rows] for x in (pin.record.stiffness, pin.record.damping))
-    return slopes.T @ stiffness @ slopes, slopes.T @ damping @ slopes
+    moving = [0, 1, 5] if in_plane else [0, 1, 2, 3, 4, 5]
+    return np.column_stack([by_carrier[:, [5] if n == 1 else moving], np.eye(6)[:5, moving]])[:components]
+
+
+def _along_pin(pin: Pin, angle: float) -> np.ndarray:
+    """(5, 5) displacement and tilts along the axes of a pin by the global ones, at an angle of the carrier [rad]."""
+    axes, turn = np.array(by_angles((*pin.record.carrier_tilts, angle, 0.0))) @ pin.record.axes.T, np.zeros((5, 5))
+    turn[:3, :3], turn[3:, 3:] = axes.T, axes[:2, :2].T
+    return turn
+
+
+def pin_tangent(pin: Pin, q: Sequence[float], n: int, angle: float) -> np.ndarray:
+    """(5, 5) tangent stiffness of a rolling bearing over the motion of a planet in space, along the global axes.
+
+    q       coordinates of its carrier (n) and of the planet (6)
+    angle   of the carrier [rad]
+    """
+    record = pin.record
+    on_carrier, on_planet = (np.zeros(6) if n == 1 else np.asarray(q[:6])), np.asarray(q[n : n + 6])
+    tilts_c, tilts_p = record.carrier_tilts + on_carrier[3:5], record.planet_tilts + on_planet[3:5]
+    attitude = np.array(by_angles((*tilts_c, angle, 0.0)))
+    axes = attitude @ record.axes.T
+    d = record.between + on_planet[:3] - on_carrier[:3] - attitude @ record.position
+    z = np.array(by_angles((*tilts_p, 0.0, 0.0)))[:, 2]
+    turn = _along_pin(pin, angle)
+    deflection = np.r_[d @ axes, -z @ axes[:, 1], z @ axes[:, 0], 0.0]
+    return turn.T @ tangent_stiffness(pin.bearing, pin.lever, deflection)[:5, :5] @ turn
 
 
 def _about_centre(radial: float, axial: float, tilt: float, coupling: float) -> np.ndarray:
@@ -321,7 +402,8 @@ def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
         return kernel(*addresses, t, *q, *q_t)
 
     def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        stiffness, damping = pin_matrices(pin, q, n)
+        angle = spin_of(int(pin.record.imposed), t, float(q[n - 1]), 0.0).angle
+        stiffness, damping = pin_matrices(pin, q, n, angle)
         matrix = factor * stiffness + factor_t * damping
         if pin.record.imposed:
             matrix[n - 1], matrix[:, n - 1] = 0.0, 0.0

@@ -23,7 +23,7 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.integrator_steps import SAME_STEP
 from exugear.multibody.user_function_errors import Diverged, errors_kept
 from exugear.planning.integrator_and_step import GAMMA, Rule
-from exugear.rolling_bearings.law import FAR, law_at, law_record, reaction
+from exugear.rolling_bearings.law import FAR, law_at, reaction
 from fem.support.numba_cache import compiled, kept
 
 #: Key under which a system keeps the steps of its rolling bearings.
@@ -53,7 +53,7 @@ def rolling_functions(bearing: RollingBearing, lever: float):
 
     The Jacobian leaves out the change of the damping with the displacement.
     """
-    law, steps = law_record(bearing.rows, lever, bearing.damping_time, tables=True), np.zeros(1, BEARING_STEPS)[0]
+    law, steps = bearing.record_of_runs(lever), np.zeros(1, BEARING_STEPS)[0]
     addresses = law.address, address_of(steps)
 
     def rolling_force(mbs, t, item, q, q_t):
@@ -89,6 +89,31 @@ def expected(steps, i, rate):
     return before + change
 
 
+@compiled
+def predicted_reaction(law, steps, t, q, q_t, spin):
+    """`reaction` for a step: at its end in the first call, with the share of the bearing in the kept matrix."""
+    h, begins = steps.duration, abs(t - steps.last_time - steps.duration)
+    steps.last_time = t
+    if h == 0.0 or not begins < SAME_STEP * h:
+        for i in range(5):
+            steps.last_rates[i] = q_t[i]
+        return reaction(law, q, q_t, spin)
+    a_x, a_y, a_z = expected(steps, 0, q_t[0]), expected(steps, 1, q_t[1]), expected(steps, 2, q_t[2])
+    a_a, a_b = expected(steps, 3, q_t[3]), expected(steps, 4, q_t[4])
+    d, r, m = steps.by_acceleration, steps.rate_by_acceleration, steps.matrix
+    ahead = q[0] + d * a_x, q[1] + d * a_y, q[2] + d * a_z, q[3] + d * a_a, q[4] + d * a_b
+    rates = q_t[0] + r * a_x, q_t[1] + r * a_y, q_t[2] + r * a_z, q_t[3] + r * a_a, q_t[4] + r * a_b
+    f = reaction(law, ahead, rates, spin)
+    return (
+        f[0] + m[0, 0] * a_x + m[0, 1] * a_y + m[0, 2] * a_z + m[0, 3] * a_a + m[0, 4] * a_b,
+        f[1] + m[1, 0] * a_x + m[1, 1] * a_y + m[1, 2] * a_z + m[1, 3] * a_a + m[1, 4] * a_b,
+        f[2] + m[2, 0] * a_x + m[2, 1] * a_y + m[2, 2] * a_z + m[2, 3] * a_a + m[2, 4] * a_b,
+        f[3] + m[3, 0] * a_x + m[3, 1] * a_y + m[3, 2] * a_z + m[3, 3] * a_a + m[3, 4] * a_b,
+        f[4] + m[4, 0] * a_x + m[4, 1] * a_y + m[4, 2] * a_z + m[4, 3] * a_a + m[4, 4] * a_b,
+        f[5],
+    )
+
+
 @kept
 def rolling_bearing_kernel(record, steps_record, t, *x):
     """Generalized forces (6) of a rolling bearing on a shaft, first order in the tilts.
@@ -99,27 +124,8 @@ def rolling_bearing_kernel(record, steps_record, t, *x):
 
     Raises ValueError(displacement) beyond all bounds.
     """
-    law, steps, far = law_at(record), steps_at(steps_record), abs(x[0]) + abs(x[1]) + abs(x[2])
+    far = abs(x[0]) + abs(x[1]) + abs(x[2])
     if not far <= FAR:
         raise ValueError(far)
-    h, last, begins = steps.duration, steps.last_rates, abs(t - steps.last_time - steps.duration)
-    steps.last_time = t
-    if h == 0.0 or not begins < SAME_STEP * h:
-        for i in range(5):
-            last[i] = x[6 + i]
-        forces = reaction(law, (x[0], x[1], x[2], x[3], x[4]), (x[6], x[7], x[8], x[9], x[10]))
-        return forces[0], forces[1], forces[2], forces[3], forces[4], 0.0
-    a_x, a_y = expected(steps, 0, x[6]), expected(steps, 1, x[7])
-    a_z, a_a, a_b = expected(steps, 2, x[8]), expected(steps, 3, x[9]), expected(steps, 4, x[10])
-    d, r, m = steps.by_acceleration, steps.rate_by_acceleration, steps.matrix
-    q = x[0] + d * a_x, x[1] + d * a_y, x[2] + d * a_z, x[3] + d * a_a, x[4] + d * a_b
-    q_t = x[6] + r * a_x, x[7] + r * a_y, x[8] + r * a_z, x[9] + r * a_a, x[10] + r * a_b
-    f = reaction(law, q, q_t)
-    return (
-        f[0] + m[0, 0] * a_x + m[0, 1] * a_y + m[0, 2] * a_z + m[0, 3] * a_a + m[0, 4] * a_b,
-        f[1] + m[1, 0] * a_x + m[1, 1] * a_y + m[1, 2] * a_z + m[1, 3] * a_a + m[1, 4] * a_b,
-        f[2] + m[2, 0] * a_x + m[2, 1] * a_y + m[2, 2] * a_z + m[2, 3] * a_a + m[2, 4] * a_b,
-        f[3] + m[3, 0] * a_x + m[3, 1] * a_y + m[3, 2] * a_z + m[3, 3] * a_a + m[3, 4] * a_b,
-        f[4] + m[4, 0] * a_x + m[4, 1] * a_y + m[4, 2] * a_z + m[4, 3] * a_a + m[4, 4] * a_b,
-        0.0,
-    )
+    q, q_t = (x[0], x[1], x[2], x[3], x[4]), (x[6], x[7], x[8], x[9], x[10])
+    return predicted_reaction(law_at(record), steps_at(steps_record), t, q, q_t, x[5])

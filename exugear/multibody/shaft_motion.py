@@ -12,7 +12,9 @@ from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import (
     bearing_displacements,
     bearing_forces,
+    bearing_tilts,
     braking_torques,
+    parted_bearings,
     unbalance_torques,
 )
 from exugear.multibody.drive_and_load import ShaftTorques
@@ -20,16 +22,32 @@ from exugear.multibody.housing import coupling_of, forces_on_seats, seat_motions
 from exugear.multibody.model import Model, is_first
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
+from fem.support.user_warning import warn_user
 from fem.units import mm
 
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
-    """Whether meshes must record spins and speeds: for drags and torque supports, or as no imposed speed gives them."""
+    """Whether meshes must record spins and speeds: for drags, torque supports and rolling cages, or as no imposed speed
+    gives them.
+    """
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
     braked = any(shaft.drags or shaft.torque_supports or shaft.unbalances for shaft in model.gearbox.shafts)
     braked = braked or any(mesh.frame.fixed.any() for mesh in model.meshes)
+    braked = braked or any(cages_roll(shaft) for shaft in model.gearbox.shafts)
     behind_couplings = any(name in model.rotors for name in conditions.held)
     return conditions.power or not conditions.prescribed or behind_couplings or stops or braked
+
+
+def cages_roll(shaft: Shaft) -> bool:
+    """Whether the cage of a rolling bearing of a shaft rolls with it."""
+    return any(isinstance(x, RollingBearing) and x.cage_rolls for x in shaft.bearings.values())
+
+
+def spin_of_cages(model: Model, shaft: Shaft) -> np.ndarray | None:
+    """(n,) recorded spin of a shaft about z [rad] where cages roll with it; else None."""
+    if not cages_roll(shaft):
+        return None
+    return model.gearbox.directions[shaft.name] * recorded(model, "spin")[shaft.name]
 
 
 def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
@@ -137,8 +155,9 @@ class BearingForces:
         new, last = slice(self.computed, number), 0
         for shaft, q, q_t in motions_on_bearings(self.model).values():
             first, last = last, last + len(shaft.bearings)
-            elastic = self.model.scene.elastic.get(shaft.name)
-            bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new], elastic)
+            elastic, spin = self.model.scene.elastic.get(shaft.name), spin_of_cages(self.model, shaft)
+            spin = None if spin is None else spin[new]
+            bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new], elastic, spin)
         if coupling := coupling_of(self.model.gearbox, self.model.scene):
             motions = {
                 name: (shaft, q[new], q_t[new]) for name, (shaft, q, q_t) in motions_on_bearings(self.model).items()
@@ -169,18 +188,41 @@ class BearingForces:
                 first, last = last, last + len(shaft.bearings)
                 bearing_displacements(shaft, q, moved[first:last], self.model.scene.elastic.get(shaft.name))
             data["bearing_displacement"] = over, moved, about
-            data |= _bearing_tilts(motions)
+            data |= self._tilts(motions)
+        data |= self._parted(motions, labels, number)
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
 
+    def _parted(self, motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]], labels: list[str], number: int):
+        """Share of the samples in which bearings have lost their axial force, with a warning; empty where none has."""
+        shares, last = dict.fromkeys(labels, 0.0), 0
+        for name, (shaft, q, _) in motions.items():
+            first, last = last, last + len(shaft.bearings)
+            forces, elastic = self.values[first:last, :, :number], self.model.scene.elastic.get(name)
+            for axial, lost in parted_bearings(shaft, q[:number], forces, elastic).items():
+                shares[f"{name} at {axial / mm:g} mm"] = float(lost.mean())
+        told = {label: f"{share:.2g} of the samples" for label, share in shares.items() if share}
+        if not told:
+            return {}
+        warn_user(
+            f"rings of bearings with a contact angle part, their axial force is lost: {told}; from then on their balls "
+            "press where rings have no shoulder, or nothing carries. Preload them in pairs, turn them by direction=, "
+            "or load them along their axis"
+        )
+        about = {"units": "1", "long_name": "share of the samples in which the axial force of the bearing is lost"}
+        return {"bearing_parted": ("bearing", [*shares.values()], about)}
 
-def _bearing_tilts(motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]]) -> dict[str, Any]:
-    """Tilts of the shafts at all bearings, which the loads on rolling elements need; empty without rolling bearings."""
-    bearings = [(bearing, q) for shaft, q, _ in motions.values() for bearing in shaft.bearings.values()]
-    if not any(isinstance(bearing, RollingBearing) for bearing, _ in bearings):
-        return {}
-    tilts = np.array([q[:, 3:].T if q.shape[1] == 5 else np.zeros((2, len(q))) for _, q in bearings])
-    about = {"units": "rad", "long_name": "tilt of the shaft at the bearing"}
-    return {"bearing_tilt": (("bearing", "tilt", "time"), tilts, about), "tilt": ("tilt", ["x", "y"])}
+    def _tilts(self, motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]]) -> dict[str, Any]:
+        """Tilts of the shafts at all bearings, which loads on rolling elements need; empty without such bearings."""
+        bearings = [bearing for shaft, *_ in motions.values() for bearing in shaft.bearings.values()]
+        if not any(isinstance(bearing, RollingBearing) for bearing in bearings):
+            return {}
+        elastic = self.model.scene.elastic
+        tilts = [bearing_tilts(shaft, q, elastic.get(shaft.name)) for shaft, q, _ in motions.values()]
+        about = {"units": "rad", "long_name": "tilt of the shaft at the bearing"}
+        return {
+            "bearing_tilt": (("bearing", "tilt", "time"), np.concatenate(tilts), about),
+            "tilt": ("tilt", ["x", "y"]),
+        }
 
 
 def drag_variables(model: Model) -> dict[str, Any]:
@@ -202,7 +244,8 @@ def drag_variables(model: Model) -> dict[str, Any]:
 def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
     _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
-    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion, model.scene.elastic.get(shaft.name))
+    spin, elastic = spin_of_cages(model, shaft), model.scene.elastic.get(shaft.name)
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion, elastic, spin)
 
 
 def _unbalance_torque(model: Model, shaft: Shaft) -> np.ndarray:

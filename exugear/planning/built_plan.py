@@ -21,8 +21,10 @@ from fem.support.arguments import Finite, checked
 IMPOSED = "{:.0f} Hz where the driving speed is imposed (infinite inertia), {:.0f} Hz where it is free"
 #: Wall time of a step per mesh, measured on a two-core machine [s].
 STEP_COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
-#: Memory of a recorder per sample and mesh [bytes].
-SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 72, 152
+#: What an elastic coordinate and a rolling bearing add to the wall time of a step, likewise [s].
+ELASTIC_COST, ROLLING_COST = 0.6e-6, 1.6e-6
+#: Memory of a recorder per sample and mesh, of an elastic coordinate, and of the force of a bearing [bytes].
+SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS, ELASTIC_SIZE, BEARING_SIZE = 72, 152, 8, 24
 
 
 @checked
@@ -38,6 +40,7 @@ class BuiltPlan(Plan):
                       with that shaft free; the meshes have their mean stiffness at the largest torque of their maps.
                       All stages of a planetary set have the resonance of the set: the mode that strains its meshes most
     largest_torques   of these maps, on the pinions [N m], by stage
+    supports, rolling numbers of bearings that shafts move on, and of rolling ones among them
     decay             rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 without damping
     """
 
@@ -47,6 +50,8 @@ class BuiltPlan(Plan):
     mesh_resonances: Mapping[str, tuple[float, float]] = field(kw_only=True)
     decay: Finite = field(kw_only=True)
     largest_torques: Mapping[str, float] = field(kw_only=True)
+    supports: int = field(kw_only=True)
+    rolling: int = field(kw_only=True)
 
     @property
     def scene(self) -> Plan:
@@ -75,7 +80,9 @@ class BuiltPlan(Plan):
     def rule(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> Rule:
         """Integrator and step for a relative error of the windowed rms of the DTE, up to a mesh frequency [Hz]."""
         angle = ANGLE_ON_BEARINGS_AT_1E3 if self.on_bearings else ANGLE_AT_1E3
-        return rule_for(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
+        of_shafts = min(self.steps.values(), default=1.0) * (tolerance / 1e-3) ** 0.25
+        largest = min(BOUND_MARGIN * self.largest_step, of_shafts)
+        return rule_for(self.omega_mesh, largest, tolerance, mesh_frequency, angle)
 
     @checked
     def step(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> float:
@@ -106,12 +113,20 @@ class BuiltPlan(Plan):
     @checked
     def wall_time(self, steps: Finite) -> float:
         """Estimated wall time [s] of a number of steps; steps in which teeth touch or part take longer."""
-        return steps * len(self.laws) * max(STEP_COST[kind] for kind in self.shafts.values())
+        of_meshes = len(self.laws) * max(STEP_COST[kind] for kind in self.shafts.values())
+        return steps * (of_meshes + ELASTIC_COST * self.elastic_coordinates + ROLLING_COST * self.rolling)
+
+    @property
+    def elastic_coordinates(self) -> int:
+        """Number of elastic coordinates of all shafts."""
+        return sum(elastic.elastic + elastic.torsion.modes for elastic in self.elastic.values())
 
     @checked
     def memory(self, samples: Finite) -> float:
         """Memory [bytes] of a number of samples."""
-        return samples * len(self.laws) * (SAMPLE_SIZE_ON_BEARINGS if self.on_bearings else SAMPLE_SIZE)
+        of_mesh = SAMPLE_SIZE_ON_BEARINGS if self.on_bearings else SAMPLE_SIZE
+        beside = ELASTIC_SIZE * self.elastic_coordinates + BEARING_SIZE * self.supports
+        return samples * (len(self.laws) * of_mesh + beside)
 
     def __str__(self) -> str:
         resolved = f"those in which meshes deform below {self.omega_mesh / 2 / pi:.4g} Hz"

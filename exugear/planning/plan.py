@@ -54,6 +54,7 @@ class Plan:
     set_stages  labels of the stages on each carrier, by its name
     elastic     elastic shafts by their names, with the coordinates that they need
     flexible    reason for these coordinates or for none, by shaft with sections
+    steps       step of a run [s] in which the bearing forces of elastic shafts are accurate, by their names
     housing     what of a housing the run takes, and what it leaves out; empty without a housing
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
@@ -72,6 +73,7 @@ class Plan:
     set_stages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     elastic: Mapping[str, ElasticShaft] = field(default_factory=dict)
     flexible: Mapping[str, str] = field(default_factory=dict)
+    steps: Mapping[str, float] = field(default_factory=dict)
     housing: str = ""
 
     def with_joints(self) -> "Plan":
@@ -96,7 +98,7 @@ class Plan:
         """The plan in which shafts with sections twist towards their ends, but do not bend."""
         rigid = dict.fromkeys(self.elastic, "rigid: chosen by the user")
         scene = {field.name: getattr(self, field.name) for field in fields(Plan)}
-        return Plan(**scene | {"elastic": {}, "flexible": {**self.flexible, **rigid}})
+        return Plan(**scene | {"elastic": {}, "flexible": {**self.flexible, **rigid}, "steps": {}})
 
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
@@ -153,7 +155,7 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     if gearbox.speeds:
         free = f"one of {len(gearbox.independent)} speeds that the meshes leave free"
         why |= {name: f"{why[name]}; {free}" for name in gearbox.independent}
-    elastic, flexible = flexibility(gearbox, shafts)
+    elastic, flexible, steps = flexibility(gearbox, shafts)
     shafts |= {name: Coordinates.BEARINGS for name, shaft in elastic.items() if shaft.spatial}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
@@ -172,7 +174,7 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     of_sets = words_of_sets(gearbox, shafts), stages_of_sets(gearbox)
     rolling = words_on_rolling_bearings(gearbox, shafts, torques)
     beside = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, rolling
-    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible, _housing(gearbox, shafts))
+    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible, steps, _housing(gearbox, shafts))
 
 
 def _undamped(gearbox: Gearbox) -> bool:

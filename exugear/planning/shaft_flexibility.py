@@ -7,7 +7,7 @@ more modes. The first reduction is taken whose errors are small. Bearings have t
 directions; gyroscopic moments are left out.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -38,8 +38,14 @@ DAMPING = 0.01
 DTE_ERROR, BEARING_ERROR, SHARE = (0.005, 0.01), (0.005, 0.03), 90
 #: Share of the largest bearing force up to which a bearing does not count.
 IDLE = 0.01
+#: Excess over the least one up to which a reduction with fewer coordinates is as good.
+NEARLY = 1.1
 #: Largest number of bending modes in each plane, and of modes of torsion, that is tried.
 MOST_MODES, MOST_TORSION = 8, 3
+#: Largest errors by the step of a run, as above, at a tolerance of 1e-3; ratio of two steps that are tried, and the
+#: longest and the shortest of them [s]. In runs errors of bearing forces were up to 1.6 times as large (measured).
+DTE_ERROR_OF_STEP, BEARING_ERROR_OF_STEP = (0.005, 0.01), (0.008, 0.012)
+STEP_RATIO, LONGEST, SHORTEST = 1.1, 4e-5, 4e-6
 #: Phases at which the transmission error is sampled, at a share of the largest force of the map.
 PHASES, LOADED = 32, 0.5
 
@@ -116,11 +122,14 @@ class Excitation:
 
     def errors(self, reduced: ElasticShaft) -> Errors:
         """Errors of a reduction of the shaft beside its finite elements."""
-        reached = self.levels(reduced_response(self.shaft, reduced, self.omega))
-        relative = np.abs(reached / np.where(self.of_beam > 0, self.of_beam, 1.0) - 1)
-        largest = self.of_beam[1:].max(axis=1)
-        loaded = np.append(relative[1:][largest > IDLE * largest.max(initial=0.0)], 0.0)
-        return Errors(*((float(np.percentile(x, SHARE)), float(x.max())) for x in (relative[0], loaded)))
+        return _errors(self.levels(reduced_response(self.shaft, reduced, self.omega)), self.of_beam)
+
+    def errors_by_step(self, reduced: ElasticShaft, step: float) -> Errors:
+        """Errors of a reduction in steps [s] of the fourth-order rule, beside the same without them."""
+        exact, reached = (
+            self.levels(reduced_response(self.shaft, reduced, self.omega, seen)) for seen in (None, seen_in_steps(step))
+        )
+        return _errors(reached, exact)
 
     def levels(self, response: Response) -> np.ndarray:
         """(1 + n_bearing, n_window) rms of the dynamic transmission error and of the bearing forces in windows."""
@@ -131,23 +140,86 @@ class Excitation:
         return np.sqrt(weighted.reshape(len(squares), WINDOWS, -1).mean(axis=2))
 
 
-def flexibility(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> tuple[dict[str, ElasticShaft], dict[str, str]]:
-    """The elastic shafts of a gearbox by their names, and the reason for their coordinates or for none."""
-    elastic: dict[str, ElasticShaft] = {}
-    reasons: dict[str, str] = {}
+def _errors(reached: np.ndarray, exact: np.ndarray) -> Errors:
+    """Errors of levels (1 + n_bearing, n_window) beside exact ones."""
+    relative = np.abs(reached / np.where(exact > 0, exact, 1.0) - 1)
+    largest = exact[1:].max(axis=1)
+    loaded = np.append(relative[1:][largest > IDLE * largest.max(initial=0.0)], 0.0)
+    return Errors(*((float(np.percentile(x, SHARE)), float(x.max())) for x in (relative[0], loaded)))
+
+
+class Seen(NamedTuple):
+    """What an integrator makes of squared angular frequencies omega^2 and of rates, as functions of omega."""
+
+    square: Callable[[np.ndarray], np.ndarray]
+    rate: Callable[[np.ndarray], np.ndarray]
+
+
+def seen_in_steps(step: float) -> Seen:
+    """In steps [s] of Newmark's rule with beta = 1/12: accelerations are those of 4 s^2 / (1 - s^2 / 3) / h^2.
+
+    s = sin(omega h / 2); rates are sin(omega h) / (omega h (1 - s^2 / 3)) of the true ones (trapezoidal sums).
+    """
+
+    def squares(omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        s = np.sin(np.minimum(omega * step, pi) / 2) ** 2
+        return s, 1 - s / 3
+
+    def square(omega: np.ndarray) -> np.ndarray:
+        s, rest = squares(omega)
+        return 4 * s / (rest * step**2)
+
+    def rate(omega: np.ndarray) -> np.ndarray:
+        return np.sinc(np.minimum(omega * step, pi) / pi) / squares(omega)[1]
+
+    return Seen(square, rate)
+
+
+def step_of(excitations: Sequence[Excitation], reduced: ElasticShaft) -> float:
+    """The longest step [s] in which transmission error and bearing forces of an elastic shaft are accurate."""
+    step = LONGEST
+    while step > SHORTEST and any(
+        not _small_by_step(excitation.errors_by_step(reduced, step)) for excitation in excitations
+    ):
+        step /= STEP_RATIO
+    return step
+
+
+def _small_by_step(errors: Errors) -> bool:
+    allowed = *DTE_ERROR_OF_STEP, *BEARING_ERROR_OF_STEP
+    return all(error < least for error, least in zip((*errors.dte, *errors.bearing), allowed, strict=True))
+
+
+class Flexibility(NamedTuple):
+    """By the names of shafts: elastic shafts, reasons for their coordinates or for none, longest steps of a run [s]."""
+
+    elastic: dict[str, ElasticShaft]
+    reasons: dict[str, str]
+    steps: dict[str, float]
+
+
+def flexibility(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> Flexibility:
+    """The elastic shafts of a gearbox, with the coordinates and the steps that they need."""
+    elastic, reasons, steps = Flexibility({}, {}, {})
     for shaft in gearbox.shafts:
         if not shaft.sections:
             continue
         if any(stage.carrier for stage in gearbox.stages if shaft in stage.shafts):
             reasons[shaft.name] = "twists towards its end, but is rigid otherwise, as shafts of planetary sets are"
             continue
-        chosen, reasons[shaft.name] = _chosen(gearbox, shaft, shafts)
-        elastic |= {shaft.name: chosen} if chosen else {}
-    return elastic, reasons
+        chosen, reasons[shaft.name], step = _chosen(gearbox, shaft, shafts)
+        if chosen:
+            elastic[shaft.name], steps[shaft.name] = chosen, step
+    return Flexibility(elastic, reasons, steps)
 
 
-def _chosen(gearbox: Gearbox, shaft: Shaft, shafts: Mapping[str, Coordinates]) -> tuple[ElasticShaft | None, str]:
-    """The reduction of a shaft that suffices, None for one that only twists to its end, with its errors in words."""
+def _chosen(
+    gearbox: Gearbox, shaft: Shaft, shafts: Mapping[str, Coordinates]
+) -> tuple[ElasticShaft | None, str, float]:
+    """The reduction of a shaft that suffices, with its errors in words and the step [s] of a run.
+
+    None for a shaft that only twists to its end.
+    """
     stages = [stage for stage in gearbox.stages if shaft in stage.shafts]
     excitations = [_excitation(gearbox, stage, shaft, shafts) for stage in stages]
     axial, spatial = any(stage.pair.beta_b for stage in stages), shafts[shaft.name].on_bearings
@@ -159,7 +231,7 @@ def _chosen(gearbox: Gearbox, shaft: Shaft, shafts: Mapping[str, Coordinates]) -
     rigid = errors_of(rigid_shaft(shaft))
     several = len(shaft.stations) > 1
     if rigid.small and not several and not shaft.is_loaded and _end_turns_slowly(shaft):
-        return None, f"rigid but for the twist towards its end: errors beside finite elements {rigid}"
+        return None, f"rigid but for the twist towards its end: errors beside finite elements {rigid}", LONGEST
     if spatial:
         _check_loads_known(shaft)
     bending = range(MOST_MODES + 1) if spatial else [0]
@@ -170,14 +242,17 @@ def _chosen(gearbox: Gearbox, shaft: Shaft, shafts: Mapping[str, Coordinates]) -
         compared.append((tried, errors_of(tried)))
         if compared[-1][1].small:
             break
-    reduced, errors = min(compared, key=lambda tried: tried[1].excess)
+    least = min(errors.excess for _, errors in compared)
+    reduced, errors = next(tried for tried in compared if tried[1].excess <= NEARLY * least)
     larger = "" if errors.small else ", which is more than wanted"
     twist = f"{reduced.torsion.modes} modes of torsion"
     shapes = (
         f"{reduced.elastic} elastic coordinates of static shapes and {reduced.modes} bending modes a plane, {twist}"
     )
     words = shapes if spatial else f"elastic in torsion, {twist}"
-    return reduced, f"{words}: errors beside finite elements {errors}{larger}; if it were rigid {rigid}"
+    step = step_of(excitations, reduced)
+    told = f"; steps of at most {step:.3g} s for its bearing forces" if spatial and step < LONGEST else ""
+    return reduced, f"{words}: errors beside finite elements {errors}{larger}; if it were rigid {rigid}{told}", step
 
 
 def _end_turns_slowly(shaft: Shaft) -> bool:
@@ -230,9 +305,13 @@ def _harmonics(gearbox: Gearbox, stage: Stage) -> np.ndarray:
     return amplitudes if amplitudes.max() > 0 else np.ones(HARMONICS)
 
 
-def modal_receptance(omega: np.ndarray, squares: np.ndarray) -> np.ndarray:
-    """(n_mode, n) amplitude of modes of squared frequencies (n_mode,) per force, at angular frequencies (n,)."""
-    return 1 / (np.maximum(squares, 0.0)[:, None] * (1 + 2j * DAMPING) - omega**2)
+def modal_receptance(omega: np.ndarray, squares: np.ndarray, seen: Seen | None = None) -> np.ndarray:
+    """(n_mode, n) amplitude of modes of squared frequencies (n_mode,) per force, at angular frequencies (n,).
+
+    seen   by an integrator, instead of the exact one
+    """
+    square, rate = (omega**2, 1.0) if seen is None else (seen.square(omega), seen.rate(omega))
+    return 1 / (np.maximum(squares, 0.0)[:, None] * (1 + 2j * DAMPING * rate) - square)
 
 
 def beam_response(mesh: MeshOfShaft, omega: np.ndarray) -> Response:
@@ -268,8 +347,8 @@ def beam_response(mesh: MeshOfShaft, omega: np.ndarray) -> Response:
     return Response(receptance + load**2 @ modal_receptance(omega, squares), forces)
 
 
-def reduced_response(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray) -> Response:
-    """Response of a reduced shaft, which twists towards its end."""
+def reduced_response(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, seen: Seen | None = None) -> Response:
+    """Response of a reduced shaft, which twists towards its end; seen: by an integrator."""
     shaft, flip = mesh.shaft, np.diag([1.0, -1.0])
     rows = {axial: reduced.motion_at(axial) for axial in shaft.bearings}
     stiffness, supports = np.diag(np.r_[np.zeros(RIGID), reduced.stiffness]), {}
@@ -280,13 +359,13 @@ def reduced_response(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray
         supports[axial] = support
         stiffness += rows[axial].T @ support @ rows[axial]
     squares, modes = scipy.linalg.eigh(stiffness, np.diag(reduced.inertia))
-    resonance, load = modal_receptance(omega, squares), mesh.row[:RIGID] @ reduced.of_body(mesh.axial) @ modes
+    resonance, load = modal_receptance(omega, squares, seen), mesh.row[:RIGID] @ reduced.of_body(mesh.axial) @ modes
     forces = [-((supports[axial] @ rows[axial] @ modes)[:3] * load) @ resonance for axial in shaft.bearings]
-    receptance = load**2 @ resonance + mesh.row[5] ** 2 * _turning(mesh, reduced, omega)
+    receptance = load**2 @ resonance + mesh.row[5] ** 2 * _turning(mesh, reduced, omega, seen)
     return Response(receptance, np.array(forces).reshape(len(shaft.bearings), 3, omega.size))
 
 
-def _turning(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray) -> np.ndarray:
+def _turning(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, seen: Seen | None) -> np.ndarray:
     """(n,) angle of a gear per torque on it [rad/(N m)] of a reduced shaft."""
     shaft, torsion, held = mesh.shaft, reduced.torsion, np.isinf(mesh.end)
     gears, stiffness = len(shaft.stations), torsion.stiffness.copy()
@@ -297,7 +376,7 @@ def _turning(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray) -> np.
     free = np.delete(np.arange(len(mass)), [end] if held else [])
     squares, modes = scipy.linalg.eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)])
     load = modes[free == shaft.stations.index(mesh.axial)]
-    return (load**2 @ modal_receptance(omega, squares)).sum(axis=0)
+    return (load**2 @ modal_receptance(omega, squares, seen)).sum(axis=0)
 
 
 def rigid_response(mesh: MeshOfShaft, omega: np.ndarray) -> Response:

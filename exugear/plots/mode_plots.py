@@ -96,7 +96,8 @@ def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1, angle: F
     angle  of the vibration [rad]: 0 and pi show the largest displacements of a mode without gyroscopic terms
     style  of the lines of displaced shafts or spokes: matplotlib's linewidth, alpha, …
 
-    Of a gearbox, lines show the displacement of a shaft's axis along x and along y, both drawn to the right. Arrows
+    Of a gearbox, lines show the displacement of a shaft's axis along x and along y, both drawn to the right, of elastic
+    shafts the line in which they bend. Arrows
     along the axis show the axial displacement of the gears, arrows to the right their rotation times the reference
     radius; the rotation of a rotor behind a coupling is multiplied by the largest radius on its shaft. All have the
     same scale, in which the largest is half the largest radius.
@@ -134,7 +135,10 @@ def _draw_shafts(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]
 def _at_angle(data: xr.Dataset, angle: float) -> xr.Dataset:
     """A mode with its shape at an angle of the vibration [rad]: the real part of shape exp(i angle)."""
     imaginary = data.get("shape_imaginary", 0.0)
-    return data.assign(shape=np.cos(angle) * data["shape"] - np.sin(angle) * imaginary)
+    turned = data.assign(shape=np.cos(angle) * data["shape"] - np.sin(angle) * imaginary)
+    if "line" not in data:
+        return turned
+    return turned.assign(line=np.cos(angle) * data["line"] - np.sin(angle) * data["line_imaginary"])
 
 
 def _shafts(data: xr.Dataset) -> list["Shaft"]:
@@ -150,6 +154,7 @@ class Shaft(NamedTuple):
     centre     axial position of its centre of mass [m]
     shape      (6,) displacements, tilts and spin
     rotors     spins of the rotors behind its couplings
+    line       (3, n) axial positions [m], displacements of the axis along x and y of an elastic shaft; else (3, 0)
     """
 
     name: str
@@ -158,6 +163,7 @@ class Shaft(NamedTuple):
     centre: float
     shape: np.ndarray
     rotors: list[float]
+    line: np.ndarray
 
     @property
     def radius(self) -> float:
@@ -166,7 +172,9 @@ class Shaft(NamedTuple):
 
     @property
     def ends(self) -> np.ndarray:
-        """(2,) axial positions of the outermost parts [m], with a margin."""
+        """(2,) axial positions of the outermost parts [m], with a margin; of an elastic shaft its ends."""
+        if self.line.size:
+            return self.line[0, [0, -1]]
         positions = [axial + side * width for axial, _, width in self.gears for side in (-1, 1)] + self.bearings
         return np.array([min(positions), max(positions)])
 
@@ -174,10 +182,17 @@ class Shaft(NamedTuple):
     def largest(self) -> float:
         """Largest displacement of its axis and of the rims of its gears."""
         spins = [self.shape[5], *self.rotors]
-        return max(np.abs(self.displacement(self.ends)).max(), abs(self.shape[2]), *(self.radius * np.abs(spins)))
+        return max(np.abs(self.displacement(self.points)).max(), abs(self.shape[2]), *(self.radius * np.abs(spins)))
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n,) axial positions between which the axis is straight [m]."""
+        return self.line[0] if self.line.size else self.ends
 
     def displacement(self, axial) -> np.ndarray:
         """(2, n) displacement along x and y at axial positions (n,)."""
+        if self.line.size:
+            return np.array([np.interp(axial, self.line[0], moved) for moved in self.line[1:]])
         x, y, _, tilt_x, tilt_y, _ = self.shape
         lever = axial - self.centre
         return np.array([x + lever * tilt_y, y - lever * tilt_x])
@@ -192,7 +207,13 @@ def _shaft(data: xr.Dataset, name: str) -> Shaft:
     shape, shafts = data["shape"].sel(shaft=name), data["shaft"].values
     rotors = shafts[data["rotor_of"].values == name] if "rotor_of" in data.coords else shafts[shafts == f"{name} rotor"]
     spins = data["shape"].sel(shaft=rotors, coordinate="spin").values.tolist()
-    return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spins)
+    line = np.zeros((3, 0))
+    if "line" in data:
+        chosen = data["line_shaft"].values == name
+        line = np.vstack([data["line_axial"].values[chosen], data["line"].values[:, chosen]])
+    return Shaft(
+        name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spins, line
+    )
 
 
 def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: dict[str, Any]) -> None:
@@ -209,8 +230,8 @@ def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: di
         _draw_box(ax, position, axial, width, radius / 2)
         _draw_arrow(ax, ROTATION, (position, axial), (scale * radius * spin, 0.0))
     ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
-    for label, row in zip(("along x", "along y"), shaft.displacement(shaft.ends), strict=True):
-        ax.plot(position + scale * row / mm, shaft.ends / mm, **merged(style, **STYLES[label]))
+    for label, row in zip(("along x", "along y"), shaft.displacement(shaft.points), strict=True):
+        ax.plot(position + scale * row / mm, shaft.points / mm, **merged(style, **STYLES[label]))
 
 
 def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: float) -> None:

@@ -3,6 +3,10 @@
 U is the sum over all elements of an energy of the two coordinates of their contacts (`exugear.rolling_bearings.rows`).
 A ball stores 0.4 K d^2.5 at the approach d = hypot(r, a) - A, a lamina of a roller (9/19) K d^(19/9). The force on the
 shaft is -dU/dq, the stiffness d2U/dq2; both are exact, and U is convex.
+
+Where the cage rolls it turns by a share of the spin of the shaft, and U depends on that, too: the state is turned into
+the cage's frame, the forces back, and -dU/dspin is a torque on the shaft, so that energy is conserved. Damping acts by
+the rates of the shaft alone.
 """
 
 from collections.abc import Sequence
@@ -17,16 +21,18 @@ from exugear.rolling_bearings.roller_table import roller_table
 from exugear.rolling_bearings.rows import BallRow, RollerRow, Row
 from fem.support.numba_cache import kept, unchecked
 
-#: Head of the law of a bearing: axial distance from the centre of mass [m], damping over stiffness [s], number of rows;
-#: behind it lie the rows.
-LAW = record_type(("lever", "f8"), ("damping", "f8"), ("rows", "i8"))
-#: A row: number of elements; position from the bearing's centre [m]; direction; contact origin [m, rad] and map of xi,
-#: z and tau; stiffness; A of balls [m]; number of laminae, 0 for balls; addresses of the cosines and sines of the
-#: elements (2, number), of positions and twice the drops of the laminae (2, laminae) [m], and of the table of rollers,
+#: Head of the law of a bearing: axial distance from the centre of mass [m], damping over stiffness [s], stiffness of
+#: ribs along the axis [N/m], number of rows; behind it lie the rows.
+LAW = record_type(("lever", "f8"), ("damping", "f8"), ("guidance", "f8"), ("rows", "i8"))
+#: A row: number of elements; position from the bearing's centre [m]; direction; turn of the cage per turn of the shaft,
+#: 0 where it stands; contact origin [m, rad] and map of xi, z and tau; stiffness; A of balls [m]; number of laminae, 0
+#: for balls; addresses of the cosines and sines of the elements (2, number), of positions and twice the drops of the
+#: laminae (2, laminae) [m], and of the table of rollers,
 #: 0 without; number of its columns; approaches between which it holds [m]; approach of its first row [m], points per
 #: metre and per radian, largest tilt [rad] (`exugear.rolling_bearings.roller_table`).
 ROW = record_type(
-    *(("number", "i8"), ("axial", "f8"), ("direction", "f8"), ("origin", "f8", 2), ("map", "f8", (2, 3))),
+    *(("number", "i8"), ("axial", "f8"), ("direction", "f8"), ("cage", "f8")),
+    *(("origin", "f8", 2), ("map", "f8", (2, 3))),
     *(("stiffness", "f8"), ("A", "f8"), ("laminae", "i8"), ("elements", "i8"), ("slices", "i8")),
     *(("table", "i8"), ("columns", "i8")),
     *((name, "f8") for name in ("first", "last", "origin_of_table", "per_metre", "per_radian", "steep")),
@@ -51,10 +57,13 @@ class LawRecord(NamedTuple):
         return address_of(self.record)
 
 
-def law_record(rows: Sequence[Row], lever: float = 0.0, damping: float = 0.0, tables: bool = False) -> LawRecord:
+def law_record(
+    rows: Sequence[Row], guidance: float, lever: float = 0.0, damping: float = 0.0, tables: bool = False
+) -> LawRecord:
     """The record of the rows of a bearing, a lever [m] above the centre of mass, with damping over stiffness [s].
 
-    tables   whether rollers have tables instead of laminae
+    guidance   stiffness of ribs along the axis [N/m]
+    tables     whether rollers have tables instead of laminae
     """
     entries, arrays = np.zeros(len(rows), ROW), []
     for entry, row in zip(entries, rows, strict=True):
@@ -62,7 +71,7 @@ def law_record(rows: Sequence[Row], lever: float = 0.0, damping: float = 0.0, ta
         arrays.append(angles)
         entry["number"], entry["axial"], entry["direction"] = row.Z, row.axial, row.direction
         entry["origin"], entry["map"], entry["elements"] = row.origin, row.map, angles.ctypes.data
-        entry["stiffness"] = row.stiffness
+        entry["stiffness"], entry["cage"] = row.stiffness, row.cage_ratio
         if isinstance(row, BallRow):
             entry["A"] = row.A
         elif isinstance(row, RollerRow):
@@ -77,7 +86,7 @@ def law_record(rows: Sequence[Row], lever: float = 0.0, damping: float = 0.0, ta
                 entry["origin_of_table"] = table.origin
                 entry["per_metre"], entry["per_radian"] = 1 / table.approach_step, 1 / table.tilt_step
     kind = record_type(("head", LAW), ("rows", ROW, len(entries)))
-    head = record_of(LAW, lever=lever, damping=damping, rows=len(entries))
+    head = record_of(LAW, lever=lever, damping=damping, guidance=guidance, rows=len(entries))
     return LawRecord(record_of(kind, head=head, rows=entries), arrays)
 
 
@@ -170,52 +179,73 @@ def element_energy(row, p, q):
 
 
 @inlined
-def row_motion(row, lever, x, y, z, a, b):
-    """Motion at a row by that of the centre of mass, or the same of rates; mirrored where the direction is -1."""
-    lever, side = lever + row.axial, row.direction
-    return x + lever * b, y - lever * a, side * z, side * a, side * b
+def row_motion(row, lever, turn, x, y, z, a, b):
+    """Motion at a row by that of the centre of mass, or the same of rates; mirrored where the direction is -1.
+
+    turn   cosine and sine of the angle of the cage, in whose frame the motion is given
+    """
+    lever, side, (c, s) = lever + row.axial, row.direction, turn
+    x, y = x + lever * b, y - lever * a
+    return c * x + s * y, c * y - s * x, side * z, side * (c * a + s * b), side * (c * b - s * a)
 
 
 @inlined
-def reaction(law, q, q_t):
-    """Forces and moments (5) [N, N m] on the shaft at displacements q and rates q_t (5) of its centre of mass."""
-    start, fx, fy, fz, fa, fb = start_of(law) + LAW_SIZE, 0.0, 0.0, 0.0, 0.0, 0.0
+def cage_turn(row, spin):
+    """Cosine and sine of the angle of the cage of a row at a spin of the shaft."""
+    if row.cage == 0.0:
+        return 1.0, 0.0
+    angle = row.cage * spin
+    return np.cos(angle), np.sin(angle)
+
+
+@inlined
+def reaction(law, q, q_t, spin):
+    """Forces and moments (5) [N, N m] on the shaft at displacements q and rates q_t (5) of its centre of mass.
+
+    Behind them the torque on the spin [N m] that turns rolling elements through the loaded zone: 0 where cages stand.
+    """
+    start, fx, fy, fa, fb, torque = start_of(law) + LAW_SIZE, 0.0, 0.0, 0.0, 0.0, 0.0
+    fz = -law.guidance * (q[2] + law.damping * q_t[2])
     for i in range(law.rows):
         row = row_at(start + ROW_SIZE * i)
-        m, elements = row.map, carray(doubles_at(row.elements), (2, row.number))
-        x, y, z, a, b = row_motion(row, law.lever, q[0], q[1], q[2], q[3], q[4])
-        u, v, w, a_t, b_t = row_motion(row, law.lever, q_t[0], q_t[1], q_t[2], q_t[3], q_t[4])
+        m, elements, turn = row.map, carray(doubles_at(row.elements), (2, row.number)), cage_turn(row, spin)
+        x, y, z, a, b = row_motion(row, law.lever, turn, q[0], q[1], q[2], q[3], q[4])
+        u, v, w, a_t, b_t = row_motion(row, law.lever, turn, q_t[0], q_t[1], q_t[2], q_t[3], q_t[4])
         p_0, p_c, p_s = row.origin[0] + m[0, 1] * z, m[0, 0] * x - m[0, 2] * b, m[0, 0] * y + m[0, 2] * a
         q_0, q_c, q_s = row.origin[1] + m[1, 1] * z, -m[1, 2] * b, m[1, 2] * a
         v_0, v_c, v_s = m[0, 1] * w, m[0, 0] * u - m[0, 2] * b_t, m[0, 0] * v + m[0, 2] * a_t
         w_0, w_c, w_s = m[1, 1] * w, -m[1, 2] * b_t, m[1, 2] * a_t
-        sum_p = sum_pc = sum_ps = sum_q = sum_qc = sum_qs = 0.0
+        sum_p = sum_pc = sum_ps = sum_q = sum_qc = sum_qs = by_turn = 0.0
         for j in range(row.number):
             c, s = elements[0, j], elements[1, j]
             _, g, h, pp, pq, qq = element_energy(row, p_0 + p_c * c + p_s * s, q_0 + q_c * c + q_s * s)
+            by_turn += g * (p_s * c - p_c * s) + h * (q_s * c - q_c * s)
             p_t, q_t_j = v_0 + v_c * c + v_s * s, w_0 + w_c * c + w_s * s
             g += law.damping * (pp * p_t + pq * q_t_j)
             h += law.damping * (pq * p_t + qq * q_t_j)
             sum_p, sum_pc, sum_ps = sum_p + g, sum_pc + g * c, sum_ps + g * s
             sum_q, sum_qc, sum_qs = sum_q + h, sum_qc + h * c, sum_qs + h * s
-        side, lever = row.direction, law.lever + row.axial
-        px, py = m[0, 0] * sum_pc, m[0, 0] * sum_ps
+        side, lever, (c, s) = row.direction, law.lever + row.axial, turn
+        px, py = m[0, 0] * (c * sum_pc - s * sum_ps), m[0, 0] * (s * sum_pc + c * sum_ps)
+        along_b, along_a = m[0, 2] * sum_pc + m[1, 2] * sum_qc, m[0, 2] * sum_ps + m[1, 2] * sum_qs
         fx, fy, fz = fx - px, fy - py, fz - side * (m[0, 1] * sum_p + m[1, 1] * sum_q)
-        fa = fa - side * (m[0, 2] * sum_ps + m[1, 2] * sum_qs) + lever * py
-        fb = fb + side * (m[0, 2] * sum_pc + m[1, 2] * sum_qc) - lever * px
-    return fx, fy, fz, fa, fb
+        fa = fa - side * (c * along_a + s * along_b) + lever * py
+        fb = fb + side * (c * along_b - s * along_a) - lever * px
+        torque -= row.cage * by_turn
+    return fx, fy, fz, fa, fb, torque
 
 
 @inlined
 def add_row(row, lever, q, gradient, hessian):
-    """Add slopes (5) and curvatures (5, 5) of a row's energy at a displacement q (5); returns the energy [J]."""
+    """Add slopes (5) and curvatures (5, 5) of a row's energy at a displacement and spin q (6); returns the energy."""
     m, elements, energy = row.map, carray(doubles_at(row.elements), (2, row.number)), 0.0
-    x, y, z, a, b = row_motion(row, lever, q[0], q[1], q[2], q[3], q[4])
-    lever, side = lever + row.axial, row.direction
+    (cosine, sine), lever, side = cage_turn(row, q[5]), lever + row.axial, row.direction
     motion, slopes = np.zeros((3, 5)), np.zeros((2, 5))
     motion[1, 2] = side
+    x, y, z, a, b = q[0] + lever * q[4], q[1] - lever * q[3], side * q[2], side * q[3], side * q[4]
     for j in range(row.number):
-        c, s = elements[0, j], elements[1, j]
+        c = cosine * elements[0, j] - sine * elements[1, j]
+        s = sine * elements[0, j] + cosine * elements[1, j]
         xi, tau = x * c + y * s, a * s - b * c
         p = row.origin[0] + m[0, 0] * xi + m[0, 1] * z + m[0, 2] * tau
         r = row.origin[1] + m[1, 0] * xi + m[1, 1] * z + m[1, 2] * tau
@@ -237,13 +267,16 @@ def add_row(row, lever, q, gradient, hessian):
 
 @kept
 def add_law(address, lever, q, energy, gradient, hessian):
-    """Add energies (n,), slopes (n, 5) and curvatures (n, 5, 5) of a law at displacements q (n, 5) of a pole.
+    """Add energies (n,), slopes (n, 5) and curvatures (n, 5, 5) of a law at displacements and spins q (n, 6).
 
     address   of a `LAW`
     lever     distance of the bearing above the pole [m], instead of that in the law
     """
     law = law_at(address)
     for i in range(len(q)):
+        energy[i] += 0.5 * law.guidance * q[i, 2] ** 2
+        gradient[i, 2] += law.guidance * q[i, 2]
+        hessian[i, 2, 2] += law.guidance
         for k in range(law.rows):
             row = row_at(address + LAW_SIZE + ROW_SIZE * k)
             energy[i] += add_row(row, lever, q[i], gradient[i], hessian[i])
@@ -258,8 +291,12 @@ class Response(NamedTuple):
 
 
 def response(law: LawRecord, lever: float, q: np.ndarray) -> Response:
-    """The response of a law at displacements q (n, 5) [m, rad] of a pole a lever [m] below the bearing."""
-    q = np.ascontiguousarray(q, float)
+    """The response of a law at displacements q (n, 5) [m, rad] of a pole a lever [m] below the bearing.
+
+    q may be (n, 6) with the spin of the shaft [rad] as last column, with which rolling cages turn; else it is 0.
+    """
+    q = np.asarray(q, float)
+    q = np.ascontiguousarray(q if q.shape[1] == 6 else np.column_stack([q, np.zeros(len(q))]))
     values = Response(np.zeros(len(q)), np.zeros((len(q), 5)), np.zeros((len(q), 5, 5)))
     add_law(law.address, lever, q, *values)
     return values

@@ -1,10 +1,13 @@
-"""Capacity of a row of rolling elements (ISO 281) and its basic reference rating life (ISO/TS 16281).
+"""Capacity of a row of rolling elements (ISO 281) and its basic reference rating life (ISO/TS 16281:2008).
 
 A raceway lives (Q_c / Q_e)^p million revolutions, p = 3 of balls and 4 of rollers, each lamina of these for itself. The
 lives of raceways and laminae join with the exponent e = 10/9 of balls and 9/8 of rollers. The equivalent force Q_e of a
 ring that turns is the mean of Q^p over all elements. On a ring that stands each position wears on its own: means of Q^p
 over the loads, then of their powers e over the positions. For one load these are the equations of ISO/TS 16281; for
 several they are Palmgren and Miner's sum of damage, position by position.
+
+The text of the standards was not at hand. Equations and constants agree with public programs that cite them by their
+equations (in 2026): capacities of elements, equivalent loads, exponents, and the factor at edges, with 2 n - 2.
 """
 
 from collections.abc import Sequence
@@ -68,14 +71,14 @@ def edge_factors(laminae: int) -> np.ndarray:
     """(laminae,) factors by which edges raise the stress of a lamina (ISO/TS 16281)."""
     k = np.arange(1, laminae + 1)
     with np.errstate(divide="ignore"):
-        return 1 - 0.01 / np.log(1.985 * np.abs(2 * k - laminae - 1) / (2 * laminae))
+        return 1 - 0.01 / np.log(1.985 * np.abs(2 * k - laminae - 1) / (2 * laminae - 2))
 
 
 def reference_life(rows: Sequence[Row], capacity: float, q: np.ndarray, weights: np.ndarray) -> float:
-    """L_10r [revolutions of the inner ring]; inf where nothing is loaded.
+    """L_10r [revolutions of the ring that turns]; inf where nothing is loaded.
 
     capacity   dynamic radial capacity of one row [N]
-    q          (n, 5) displacements of the bearing [m, rad]; the outer ring stands
+    q          (n, 5) displacements of the bearing [m, rad]; the outer ring stands, of bearings on pins the inner one
     weights    (n,) share of the revolutions in each, sum 1
     """
     damage, dispersion = 0.0, 1.0
@@ -89,7 +92,8 @@ def reference_life(rows: Sequence[Row], capacity: float, q: np.ndarray, weights:
             np.einsum("n,njk->jk", weights[first : first + BLOCK], _stressing(row, q[first : first + BLOCK]) ** p)
             for first in range(0, len(q), BLOCK)
         )
-        turning, standing = at_positions.mean(axis=0) / inner**p, at_positions / outer**p
+        rotating, still = (outer, inner) if row.on_pin else (inner, outer)
+        turning, standing = at_positions.mean(axis=0) / rotating**p, at_positions / still**p
         damage += float((turning**dispersion).sum() + (standing**dispersion).mean(axis=0).sum())
     return MILLION * damage ** (-1 / dispersion) if damage > 0 else np.inf
 

@@ -38,6 +38,9 @@ class Row:
     E, nu        Young's modulus [Pa] and Poisson's ratio of elements and rings
     axial        position from the centre of the bearing [m]
     direction    1: a motion of the shaft along z closes the contacts, -1: against z
+    cage_angle   of the first element while the shaft has not turned [rad], where the cage rolls with the shaft; None:
+                 the cage stands, the first element on the x axis
+    on_pin       whether the outer ring moves with the shaft instead of the inner one, which stands
     """
 
     Z: int
@@ -48,6 +51,8 @@ class Row:
     nu: float = 0.3
     axial: float = 0.0
     direction: int = 1
+    cage_angle: float | None = None
+    on_pin: bool = False
 
     @property
     def R(self) -> float:
@@ -67,7 +72,17 @@ class Row:
     @cached_property
     def angles(self) -> np.ndarray:
         """(Z,) angles of the elements from x [rad], while the cage has not turned."""
-        return 2 * pi * np.arange(self.Z) / self.Z
+        return (self.cage_angle or 0.0) + 2 * pi * np.arange(self.Z) / self.Z
+
+    @property
+    def cage_ratio(self) -> float:
+        """Turns of the cage per turn of the shaft, 0 where it stands: (1 - gamma) / 2, of the outer ring the rest."""
+        return 0.0 if self.cage_angle is None else (1 - self.moving_side * self.gamma) / 2
+
+    @property
+    def moving_side(self) -> int:
+        """1 where the inner ring moves with the shaft, -1 where the outer one does: its motion closes contacts."""
+        return -1 if self.on_pin else 1
 
     def ring_motion(self, q: np.ndarray) -> np.ndarray:
         """(n, Z, 3) xi, z, tau at the elements, by displacements q (n, 5) [m, rad] of the bearing."""
@@ -96,9 +111,9 @@ class Row:
         """The row whose rings are pushed together along the axis [m]."""
         raise NotImplementedError
 
-    def comes_apart(self, q: np.ndarray) -> bool:
-        """Whether a displacement q (5,) pulls the rings apart, so that elements press where rings have no shoulder."""
-        return False
+    def comes_apart(self, q: np.ndarray) -> np.ndarray:
+        """(n,) whether displacements q (n, 5) part the rings, so that elements press where rings have no shoulder."""
+        return np.zeros(len(q), bool)
 
     def loads(self, q: np.ndarray) -> np.ndarray:
         """(n, Z) forces of the elements [N] at displacements q (n, 5) [m, rad]."""
@@ -156,19 +171,20 @@ class BallRow(Row):
     @property
     def map(self) -> np.ndarray:
         """(2, 3) slopes of these distances by xi, z and tau."""
-        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, self.R]])
+        return self.moving_side * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, self.R]])
 
     def loads(self, q: np.ndarray) -> np.ndarray:
         """(n, Z) forces of the balls [N] at displacements q (n, 5) [m, rad]."""
         approach = np.hypot(*np.moveaxis(self.contacts(q), -1, 0)) - self.A
         return self.stiffness * np.maximum(approach, 0.0) ** 1.5
 
-    def comes_apart(self, q: np.ndarray) -> bool:
-        """Whether balls of an angular contact row press with a tenth of their contact angle, or on the other side."""
-        axial = self.contacts(q[None])[0, :, 1]
-        return self.alpha > 0 and bool(
-            (axial[self.loads(q[None])[0] > 0] < LEAST_ANGLE * self.A * sin(self.alpha)).any()
-        )
+    def comes_apart(self, q: np.ndarray) -> np.ndarray:
+        """(n,) whether balls of an angular contact row press with a tenth of their contact angle, or beyond it."""
+        if self.alpha == 0:
+            return super().comes_apart(q)
+        radial, axial = np.moveaxis(self.contacts(q), -1, 0)
+        pressing = np.hypot(radial, axial) > self.A
+        return (pressing & (axial < LEAST_ANGLE * self.A * sin(self.alpha))).any(axis=1)
 
     @property
     def static_approach(self) -> float:
@@ -234,7 +250,7 @@ class RollerRow(Row):
     def map(self) -> np.ndarray:
         """(2, 3) slopes of approach and tilt by xi, z and tau."""
         axial = sin(self.alpha)
-        return np.array([[cos(self.alpha), axial, self.R * axial], [0.0, 0.0, 1.0]])
+        return self.moving_side * np.array([[cos(self.alpha), axial, self.R * axial], [0.0, 0.0, 1.0]])
 
     def lamina_loads(self, q: np.ndarray) -> np.ndarray:
         """(n, Z, laminae) forces of the laminae [N] at displacements q (n, 5) [m, rad]."""
