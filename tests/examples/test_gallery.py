@@ -147,6 +147,8 @@ def test_a_ring_on_bolts_hears_three_planets_at_every_third_order(tmp_path):
     passes, others = ([x for order, x in lines.items() if (order % 3 == 0) is wanted] for wanted in (True, False))
     assert max(others) < 0.05 * max(passes)
     assert min(lines[96], lines[102]) > lines[99]
+
+
 def test_side_bands_and_ghost_of_a_real_pinion_are_those_of_its_transmission_error(tmp_path):
     orders = side_bands.main(tmp_path, quick=True)
     alike, real = (np.array(orders[name]) for name in ("teeth alike", "real pinion"))
@@ -159,7 +161,7 @@ def test_side_bands_and_ghost_of_a_real_pinion_are_those_of_its_transmission_err
 
 @pytest.mark.slow
 def test_a_crack_of_a_tenth_of_the_stiffness_is_told_through_noise_of_20_db(tmp_path):
-    """The change of the average since the sound gear: noise has a kurtosis of 3, the tooth with the crack stands out."""
+    """The change of the average since the sound gear: noise has a kurtosis of 3, the cracked tooth stands out."""
     seen = growing_crack.main(tmp_path, quick=True)
     change = {lost: x[growing_crack.CHANGE].dropna("average").values for lost, x in seen.items()}
     assert (change[0.0] < 4.5).all()
