@@ -6,11 +6,13 @@ from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox, exact_ratios
+from exugear.gearbox.housing import Housing
 from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_phases import planetary_phases
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft, TorqueSupport
+from exugear.gearbox.shaft_loads import ExternalForce, Unbalance
 from exugear.gearbox.stage import Stage
 from exugear.load_factors.bearing_life import bearing_life
 from exugear.load_factors.dynamic_factor import dynamic_factor
@@ -29,6 +31,7 @@ from exugear.multibody.gear_friction import CreateGearFriction
 from exugear.multibody.gear_sensor import CreateGearSensor
 from exugear.multibody.model import Model
 from exugear.multibody.solver_settings import integrator
+from exugear.operation.load_spectrum import LoadCase, LoadSpectrum
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.planning.built_plan import BuiltPlan
@@ -47,6 +50,7 @@ from exugear.signals.fault_orders import fault_orders
 from exugear.signals.levels import level, rms_sum
 from exugear.signals.member_orbit import member_orbit
 from exugear.signals.order_cut import order_cut
+from exugear.signals.radiated_power import radiated_power
 from exugear.signals.resonances import resonances
 from exugear.signals.ring_sensor import RingSensor
 from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
@@ -57,13 +61,16 @@ from exugear.signals.synchronous_average import residual_signal, synchronous_ave
 from exugear.steady_state.steady_states import steady_states
 from fem.support.version import __version__
 
-#: Modules and functions for pictures, imported on first use; functions of earlier versions, which are deprecated.
+#: Modules and functions for pictures and for contacts by finite elements, imported on first use; functions of earlier
+#: versions, which are deprecated.
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
     {
         "exchange.rexs": ["read_rexs"],
         "exchange.rexs_writing": ["write_rexs"],
+        "load_factors.flank_corrections": ["FlankCorrections", "propose_flank_corrections"],
+        "load_factors.load_distribution": ["DeflectedPair", "deflected_pair", "load_distribution"],
         "reporting": ["graphics"],
         "reporting.animation": ["animate_gearbox", "animate_mode", "animate_pair"],
         "reporting.report": ["report"],
@@ -87,12 +94,18 @@ __all__ = [
     "CreateGearContact",
     "CreateGearFriction",
     "CreateGearSensor",
+    "DeflectedPair",
     "Disc",
     "Drag",
     "EnergyBalance",
+    "ExternalForce",
+    "FlankCorrections",
     "Gearbox",
     "Goal",
+    "Housing",
     "InnerPlanets",
+    "LoadCase",
+    "LoadSpectrum",
     "MeshForce",
     "MeshFriction",
     "Model",
@@ -118,6 +131,7 @@ __all__ = [
     "SweepStopped",
     "Torque",
     "TorqueSupport",
+    "Unbalance",
     "Variable",
     "XuFriction",
     "__version__",
@@ -128,6 +142,7 @@ __all__ = [
     "build",
     "campbell",
     "condition_indicators",
+    "deflected_pair",
     "demodulate",
     "draw",
     "dte_envelope",
@@ -143,6 +158,7 @@ __all__ = [
     "graphics",
     "integrator",
     "level",
+    "load_distribution",
     "member_orbit",
     "mesh_orders",
     "modes",
@@ -157,6 +173,8 @@ __all__ = [
     "planet_shares",
     "planetary_phases",
     "plots",
+    "propose_flank_corrections",
+    "radiated_power",
     "rank_correlation",
     "read_rexs",
     "recorded_signal",

@@ -10,6 +10,8 @@ from .gear.material import STEEL, Material
 from .gear.measured_flanks import flank_traces, pitch_chart, wobble
 from .gear.pinion_cutter import PinionCutter
 from .gear.rim_support import Bolts, Bush
+from .housing.reduced_housing import ReducedHousing
+from .housing.reduction import reduce_housing
 from .microgeometry.deviation import Crack, Grid, OnTooth, PitchDeviation, Spall, Waviness
 from .microgeometry.flank import Sides
 from .microgeometry.modification import (
@@ -65,6 +67,7 @@ __all__ = [
     "PitchDeviation",
     "ProfileCrowning",
     "Quantity",
+    "ReducedHousing",
     "Resolution",
     "RootRelief",
     "Sides",
@@ -93,6 +96,7 @@ __all__ = [
     "pair_of",
     "peak_to_peak",
     "pitch_chart",
+    "reduce_housing",
     "ring_deflection",
     "ring_modes",
     "root_stress",

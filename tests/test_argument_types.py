@@ -34,7 +34,7 @@ MODULES = (
     *("exugear", "exugear.plots", "exugear.spectrum", "exugear.graphics"),
 )
 #: Arguments and classes that only solvers make: the extent of a flank, and fields of stress.
-ONLY_INSIDE = {"face"}, {"fem.stress.Field"}
+ONLY_INSIDE = {"face"}, {"fem.stress.Field", "fem.ReducedHousing"}
 WRONG: dict[str, Any] = {
     "None": None,
     "object": object(),
@@ -62,8 +62,18 @@ TAKEN = {
         "string",
     ),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
-    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage", "RollingBearing.kind", "RollingBearing.estimate"), "string"),
-    **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
+    **dict.fromkeys(
+        (
+            "SpeedReached.shaft",
+            "Apart.stage",
+            "RollingBearing.kind",
+            "RollingBearing.estimate",
+            "Plan.housing",
+            "BuiltPlan.housing",
+        ),
+        "string",
+    ),
+    **dict.fromkeys(("save.data", "Run.data", "FlankCorrections.table", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
         (
             "Model.bodies",
@@ -73,6 +83,9 @@ TAKEN = {
             "Model.end_markers",
             "MeshForce.fixed_offsets",
             "EnergyBalance.losses",
+            "LoadCase.torques",
+            "FlankCorrections.corrections",
+            "FlankCorrections.pairs",
         ),
         "dict",
     ),

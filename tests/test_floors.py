@@ -20,12 +20,13 @@ FOLDERS = (
     "fem/ste",
     "fem/stress",
     "fem/reference",
+    "fem/housing",
     "exugear/mesh_force",
     "exugear/rolling_bearings",
     "exugear/gearbox",
-    "exugear/exchange",
     "exugear/contact",
     "exugear/operation",
+    "exugear/exchange",
     "exugear/planning",
     "exugear/multibody",
     "exugear/running",
@@ -54,11 +55,14 @@ DOORS_TO_FEM = {
         "fem.ste.ring_modes",
         "fem.ste.load_interpolation",
     ),
-    *("fem.contact.resolution", "fem.stress.flank_measures"),
+    "fem.housing.reduced_housing",
+    *("fem.contact.resolution", "fem.microgeometry.deviation", "fem.pair.mirror_image", "fem.stress.load_distribution"),
+    "fem.stress.flank_measures",
     *("fem.ste.map_sides", "fem.ste.te_measures", "fem.stress.fields", "fem.stress.cycle_fields"),
 }
 FENCES = {
-    "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
+    # A housing is no gear: its mesh, elements and modes share nothing with those of teeth.
+    "skfem": {"fem/elasticity", "fem/stress", "fem/reference", "fem/housing"},
     "exudyn": {"exugear/multibody", "exugear/reporting"},
     "matplotlib": {"exugear/plots", "exugear/reporting"},
 }

@@ -6,12 +6,14 @@ from math import copysign
 
 import xarray as xr
 
+from exugear.exchange.rexs_bearings import Options
 from exugear.exchange.rexs_file import read_file
-from exugear.exchange.rexs_loads import LoadCase, load_case, raw_cases, torque_balance
+from exugear.exchange.rexs_loads import load_case, raw_cases, torque_balance
 from exugear.exchange.rexs_meshes import constant_map, mesh_of
 from exugear.exchange.rexs_reading import Account, Reading
 from exugear.exchange.rexs_train import Mesh, Set, Train
 from exugear.gearbox.gearbox import Gearbox
+from exugear.operation.load_spectrum import LoadCase, LoadSpectrum
 from fem.support.arguments import FilePath, checked
 from fem.support.validation import require, require_within
 
@@ -35,6 +37,11 @@ class RexsModel:
     version: str = ""
     application: str = ""
 
+    @property
+    def spectrum(self) -> LoadSpectrum:
+        """The load cases as a duty cycle, for `bearing_life` and damage sums; ValueError without load cases."""
+        return LoadSpectrum(self.load_cases)
+
     def __iter__(self) -> Iterator:
         return iter((self.gearbox, self.load_cases))
 
@@ -49,6 +56,9 @@ def read_rexs(
     path: FilePath,
     *,
     mesh: str | Callable = "fem",
+    shafts: str = "elastic",
+    bearings: str = "rolling",
+    load_case: int = 1,
     damping_ratio: float = 0.06,
     progress: bool = True,
 ) -> RexsModel:
@@ -57,13 +67,17 @@ def read_rexs(
     mesh            force law of the meshes: "fem", maps by finite elements up to 1.5 times the largest torque of the
                     load cases; "iso6336", the constant stiffness of ISO 6336-1, method B, which excites nothing but is
                     there at once; or a function of a `fem.GearPair` and that torque [N m] which returns an STE map
+    shafts          "elastic": shafts with sections get them, and `exugear.plan` keeps rigid what may be rigid; "rigid"
+    bearings        "rolling": rolling bearings whose file holds inner geometry, or dimensions and capacities, have
+                    their force law; "linear": their stiffness under a tenth of their capacity, at less cost of a run
+    load_case       number of the load case, from 1 on, whose external forces act on the shafts
     damping_ratio   of every mesh, which files do not hold
     progress        whether to show bars with the time left
 
-    The axes u, v, w of the file become z, x, y. Cylindrical stages between parallel shafts and simple planetary stages
-    are read, with gears, tools, materials, sections, bearings and load cases; members of planetary stages only spin.
-    The account of the result tells all that was assumed or left out: bevel and worm stages, housings, lubricants,
-    tolerances.
+    The axes u, v, w of the file become z, x, y. Cylindrical stages between parallel shafts and planetary stages, also
+    with stepped planets, are read, with gears, tools, materials, sections, bearings, external forces, gravity and load
+    cases. The account of the result tells all that was assumed or left out: bevel and worm stages, housings,
+    lubricants, tolerances.
 
     Raises FileNotFoundError, and ValueError with line and remedy for a file that is broken, of another version, or
     whose values have other units; and what gears and pairs refuse.
@@ -71,23 +85,34 @@ def read_rexs(
     require_within("damping_ratio", damping_ratio, 0, 1, remedy="(6 % of the critical damping: 0.06)")
     kinds = f'mesh must be "fem", "iso6336" or a function of pair and torque, got {mesh!r}'
     require(callable(mesh) or mesh in ("fem", "iso6336"), kinds)
+    for name, value, choice in (
+        ("shafts", shafts, ("elastic", "rigid")),
+        ("bearings", bearings, ("rolling", "linear")),
+    ):
+        require(value in choice, f"{name} must be one of {[*choice]}, got {value!r}")
     reading = Reading(read_file(path))
-    train = Train(reading)
+    train = Train(reading, Options(bearings == "rolling", shafts == "elastic"))
     gearbox: Gearbox | None = None
     cases: list[LoadCase] = []
     if train.members:
-        gearbox, cases = _gearbox(reading, train, mesh, damping_ratio, progress=progress)
+        gearbox, cases = _gearbox(reading, train, mesh, damping_ratio, load_case, progress=progress)
         reading.account.assumed("meshes", f"damping ratio {damping_ratio:g}")
     reading.close()
     return RexsModel(gearbox, cases, reading.account, reading.file.version, reading.file.application)
 
 
 def _gearbox(
-    reading: Reading, train: Train, mesh: str | Callable, damping_ratio: float, *, progress: bool
+    reading: Reading, train: Train, mesh: str | Callable, damping_ratio: float, acting: int, *, progress: bool
 ) -> tuple[Gearbox, list[LoadCase]]:
-    """The gearbox, whose maps reach as far as the mesh forces of the load cases need."""
-    train.begin()
+    """The gearbox, whose maps reach as far as the mesh forces of the load cases need.
+
+    acting   number of the load case whose external forces act on the shafts
+    """
     raw = raw_cases(reading, train.layouts)
+    require(1 <= acting <= len(raw), f"load_case must lie in [1, {len(raw)}], the load cases of the file, got {acting}")
+    train.begin(raw[acting - 1].forces)
+    if any(case.forces != raw[acting - 1].forces for case in raw):
+        reading.account.assumed("external forces", f"those of load case {acting} act; read the file again for others")
     first = train.first_shaft
     members = train.in_order(first)
     ends = _ends(train, members, first)

@@ -47,7 +47,7 @@ def material_of(reading: Reading, component: Component) -> Material:
 
 
 def density_of(reading: Reading, component: Component) -> float:
-    """Density of the material to which a shaft refers [kg/m^3], by default that of steel; shafts are rigid."""
+    """Density of the material to which a shaft refers [kg/m^3], by default that of steel."""
     for material in reading.referenced(component, "material"):
         reading.use(material)
         return reading.number(material, "density", "kg/m^3", STEEL.density)

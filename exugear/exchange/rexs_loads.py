@@ -1,7 +1,5 @@
 """Load cases of a REXS file: speed and load for a run, all torques and forces, and the share of time."""
 
-from dataclasses import dataclass, field
-from math import pi
 from typing import NamedTuple
 
 import numpy as np
@@ -9,44 +7,12 @@ import numpy as np
 from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_reading import Reading
 from exugear.exchange.rexs_shafts import ShaftLayout
-from fem.support.representation import quantity
+from exugear.gearbox.shaft_loads import ExternalForce
+from exugear.operation.load_spectrum import LoadCase
 from fem.support.validation import require
 
 FORCES = "force_u_direction", "force_v_direction", "force_w_direction"
 MOMENTS = "torque_around_v_axis", "torque_around_w_axis"
-
-
-class ShaftForce(NamedTuple):
-    """An outside force on a shaft: at an axial position [m], (3,) force x, y, z [N], (2,) moment about x, y [N m]."""
-
-    shaft: str
-    axial: float
-    force: tuple[float, float, float]
-    moment: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class LoadCase:
-    """A load case: `exugear.run_up(gearbox, speed=(0, case.speed), load=case.load, ...)`.
-
-    name       of the load case
-    speed      of the driving shaft [rad/s]
-    load       torque on the driven shaft [N m]
-    fraction   share of the time, by default 1
-    torques    on the shafts as the file holds them, by name, about z [N m]
-    forces     `ShaftForce` on the shafts, which runs do not apply
-    """
-
-    name: str
-    speed: float
-    load: float
-    fraction: float = 1.0
-    torques: dict[str, float] = field(default_factory=dict)
-    forces: tuple[ShaftForce, ...] = ()
-
-    def __str__(self) -> str:
-        speed = quantity(self.speed * 30 / pi, "rpm")
-        return f"{self.name}: {speed}, {quantity(self.load, 'N m')}, {quantity(100 * self.fraction, '%')} of the time"
 
 
 class RawCase(NamedTuple):
@@ -56,7 +22,7 @@ class RawCase(NamedTuple):
     speeds: dict[str, float]
     torques: dict[str, float]
     powers: dict[str, float]
-    forces: list[ShaftForce]
+    forces: dict[str, dict[float, ExternalForce]]
     fraction: float
 
 
@@ -74,7 +40,7 @@ def _raw_case(reading: Reading, layouts: dict[str, ShaftLayout], case: dict[str,
                 return reading.number(owner, name, unit)
         return None
 
-    raw = RawCase(f"load case {number}", {}, {}, {}, [], 1.0)
+    raw = RawCase(f"load case {number}", {}, {}, {}, {}, 1.0)
     for unit in reading.file.of_type("gear_unit"):
         reading.use(unit)
         fraction = value(unit, "load_duration_fraction", "1")
@@ -96,11 +62,17 @@ def _raw_case(reading: Reading, layouts: dict[str, ShaftLayout], case: dict[str,
             u, v, w = (value(load, name, "N") or 0.0 for name in FORCES)
             about_v, about_w = (value(load, name, "N m") or 0.0 for name in MOMENTS)
             if np.any([u, v, w, about_v, about_w]):
-                force = ShaftForce(layout.name, axial, (v, w, u), (about_v, about_w))
-                raw.forces.append(force)
-                words = f"{raw.name}: force and moment are kept in its forces, runs do not apply them"
-                reading.account.left_out(load.title, words)
+                z, x, y = [u, v, w] @ layout.axes
+                _, about_x, about_y = [0.0, about_v, about_w] @ layout.axes
+                force = ExternalForce(*map(float, (x, y, z, about_x, about_y)))
+                at = raw.forces.setdefault(layout.name, {})
+                at[axial] = _sum(at[axial], force) if axial in at else force
     return raw
+
+
+def _sum(first: ExternalForce, second: ExternalForce) -> ExternalForce:
+    """Both forces together."""
+    return ExternalForce(*np.add(first.wrench, second.wrench)[:5].tolist())
 
 
 def load_case(raw: RawCase, ratios: dict[str, float], driving: str, driven: str) -> LoadCase:
@@ -115,7 +87,7 @@ def load_case(raw: RawCase, ratios: dict[str, float], driving: str, driven: str)
         torque_balance(raw, ratios, driving, driven, speed),
         raw.fraction,
         dict(raw.torques),
-        tuple(raw.forces),
+        raw.forces,
     )
 
 

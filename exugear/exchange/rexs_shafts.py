@@ -1,6 +1,9 @@
 """Shafts of a REXS file: their position, sections, and what lies where on them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +15,12 @@ from exugear.gearbox.shaft import Disc
 from fem.support.validation import require
 from fem.units import mm
 
+#: Acceleration by gravity [m/s^2].
+GRAVITY = 9.80665
 #: Largest sine of the angle between axes that count as parallel, and least length of a piece of a shaft [m].
 PARALLEL, SHORTEST = 1e-6, 1e-6
+#: Relative change of the diameter of a cone from which on it is divided, and the number of its cylinders.
+CONE, CYLINDERS = 0.05, 4
 #: Most components to each of which the position of another one refers.
 MOST_REFERENCES = 20
 
@@ -23,6 +30,7 @@ class ShaftLayout:
     """A shaft as it lies in the gearbox: x, y [m], z of its begin and sense of its u axis, and its sections.
 
     known             whether position and begin are those of the file, or follow from a stage
+    axes              (3, 3) rows u, v, w of the shaft over those of the gear unit
     pieces            (begin, end, mean outer and inner diameter) of its sections along u [m]
     """
 
@@ -33,6 +41,7 @@ class ShaftLayout:
     known: bool = False
     sense: int = 1
     pieces: list[tuple[float, float, float, float]] = field(default_factory=list)
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
 
     @property
     def sections(self) -> list[tuple[float, float, float, float]]:
@@ -94,17 +103,83 @@ def layout_of(reading: Reading, component: Component, name: str) -> ShaftLayout:
         crossed = f"the axis of {component.title} lies along {np.round(unit, 6).tolist()}"
         require(bool(np.hypot(*unit[1:]) < PARALLEL), f"{crossed}; only shafts parallel to u are modelled")
         layout.sense = 1 if unit[0] > 0 else -1
+        w = reading.vector(component, "w_axis_vector", "m")
+        w = np.array([0.0, 0.0, 1.0]) if w is None or not np.any(w) else w / np.linalg.norm(w)
+        layout.axes = np.array([unit, np.cross(w, unit), w])
     for section in reading.parts_of(component, "shaft_section"):
         reading.use(section)
         begin = reading.number(section, "u_coordinate_on_shaft", "m")
         length = reading.number(section, "length", "m")
-        outer, inner = (
-            mean_diameter(*(reading.number(section, f"{side}_diameter_{end}", "m", 0.0) for end in ("begin", "end")))
+        diameters = [
+            [reading.number(section, f"{side}_diameter_{end}", "m", 0.0) for end in ("begin", "end")]
             for side in ("outer", "inner")
-        )
-        if length > SHORTEST and outer > inner:
-            layout.pieces.append((begin, begin + length, outer, inner))
+        ]
+        if length > SHORTEST:
+            layout.pieces += _cylinders(begin, length, *diameters)
     return layout
+
+
+def _cylinders(
+    begin: float, length: float, outer: list[float], inner: list[float]
+) -> list[tuple[float, float, float, float]]:
+    """(begin, end, outer and inner diameter) of the cylinders that stand for a cylinder or a cone."""
+    conical = any(abs(x[1] - x[0]) > CONE * max(x) for x in (outer, inner))
+    edges = np.linspace(0.0, 1.0, CYLINDERS + 1 if conical else 2)
+    pieces = []
+    for first, last in pairwise(edges):
+        d, d_inner = (mean_diameter(*np.interp([first, last], [0, 1], ends)) for ends in (outer, inner))
+        if d > d_inner:
+            pieces.append((begin + first * length, begin + last * length, d, d_inner))
+    return pieces
+
+
+class Continuous(NamedTuple):
+    """Axial position of the begin, (diameter, length, inner diameter) [m] of sections end to end, what is assumed."""
+
+    start: float
+    sections: list[tuple[float, float, float]]
+    assumed: list[str]
+
+
+def continuous(
+    layout: ShaftLayout, needed: Iterable[float], gears: Iterable[tuple[float, float, float]]
+) -> Continuous | None:
+    """The sections of a shaft end to end, from the first to the last of the positions that it must reach [m].
+
+    gears   (begin, end, root diameter) of each gear, up to which its shaft is thick at most
+
+    Where sections overlap the outermost surface counts; gaps have the smaller diameter of both neighbours. None for a
+    shaft without sections.
+    """
+    if not layout.sections:
+        return None
+    pieces, gears, assumed = sorted(layout.sections), list(gears), []
+    low, high = min(x[0] for x in pieces), max(x[1] for x in pieces)
+    first, last = min([low, *needed]), max([high, *needed])
+    if low - first > SHORTEST or last - high > SHORTEST:
+        assumed.append(f"sections extended to {first / mm:.4g} and {last / mm:.4g} mm, where parts lie beside them")
+    edges = [first, last, *(x for piece in pieces for x in piece[:2]), *(x for gear in gears for x in gear[:2])]
+    bounds = [x for x in np.unique(np.round(edges, 9)) if first - SHORTEST <= x <= last + SHORTEST]
+    sections: list[tuple[float, float, float]] = []
+    for begin, end in pairwise(bounds):
+        middle = (begin + end) / 2
+        inside = [x for x in pieces if x[0] < middle < x[1]]
+        if not inside:
+            before, after = [x for x in pieces if x[1] <= middle], [x for x in pieces if x[0] >= middle]
+            beside = [*before[-1:], *after[:1]]
+            inside = [min(beside, key=lambda x: x[2])]
+            if low < middle < high:
+                assumed.append(f"gap at {middle / mm:.4g} mm closed with a diameter of {inside[0][2] / mm:.4g} mm")
+        d = min([max(x[2] for x in inside), *(root for a, b, root in gears if a < middle < b and root > 0)])
+        d_inner = min(x[3] for x in inside)
+        d_inner = d_inner if d_inner < d else 0.0
+        if sections and sections[-1][0] == d and sections[-1][2] == d_inner:
+            sections[-1] = (d, sections[-1][1] + end - begin, d_inner)
+        elif end - begin > SHORTEST:
+            sections.append((d, end - begin, d_inner))
+    return Continuous(
+        float(bounds[0]), [(float(d), float(length), float(d_inner)) for d, length, d_inner in sections], assumed
+    )
 
 
 def mean_diameter(begin: float, end: float) -> float:
@@ -127,12 +202,19 @@ def u_of_gear(reading: Reading, component: Component) -> float:
     return reading.number(component, "u_coordinate_on_shaft", "m", 0.0) + half
 
 
-def bearings_of(reading: Reading, layout: ShaftLayout) -> dict[float, object]:
-    """Bearings of a shaft by axial position [m]; one against another shaft counts as one in the housing."""
+def bearings_of(
+    reading: Reading, layout: ShaftLayout, *, rolling: bool, planets: Iterable[Component] = ()
+) -> dict[float, object]:
+    """Bearings of a shaft by axial position [m]; one against another shaft counts as one in the housing.
+
+    rolling   as of `bearing_of`
+    planets   shafts whose bearings belong to the pins of a carrier
+    """
+    on_pins = [planet.id for planet in planets]
     bearings: dict[float, object] = {}
     for relation in reading.file.related("side", inner_part=layout.component.id):
         component = reading.file.components[relation.roles.get("assembly", layout.component.id)]
-        if component.type not in BEARINGS:
+        if component.type not in BEARINGS or relation.roles.get("outer_part") in on_pins:
             continue
         axial = layout.axial(reading.number(component, "u_coordinate_on_shaft_inner_side", "m"))
         reading.number(component, "u_coordinate_on_shaft_outer_side", "m", 0.0)
@@ -144,7 +226,8 @@ def bearings_of(reading: Reading, layout: ShaftLayout) -> dict[float, object]:
             reading.account.assumed(component.title, apart)
         elif outer is not None:
             reading.use(outer)
-        bearings[_free(axial, bearings)] = bearing_of(reading, component, layout.at(axial).outer)
+        bearing = bearing_of(reading, component, layout.at(axial).outer, rolling=rolling, sense=layout.sense)
+        bearings[_free(axial, bearings)] = bearing
     return bearings
 
 
@@ -153,6 +236,27 @@ def _free(axial: float, bearings: dict[float, object]) -> float:
     while axial in bearings:
         axial += SHORTEST
     return axial
+
+
+def torque_position(reading: Reading, layout: ShaftLayout) -> float | None:
+    """Axial position [m] of the outside load that transmits torque, None without one."""
+    for load in reading.parts_of(layout.component, "external_load"):
+        if reading.flag(load, "transmits_torque") and reading.has(load, "u_coordinate_on_shaft"):
+            return layout.axial(reading.number(load, "u_coordinate_on_shaft", "m"))
+    return None
+
+
+def gravity_of(reading: Reading) -> tuple[float, float, float]:
+    """Acceleration (x, y, z) [m/s^2] by gravity where the gear unit accounts for it."""
+    for unit in reading.file.of_type("gear_unit"):
+        if reading.flag(unit, "account_for_gravity"):
+            u, v, w = (reading.number(unit, f"direction_vector_gravity_{x}", "1", 0.0) for x in "uvw")
+            size = float(np.hypot(np.hypot(u, v), w))
+            if size > 0:
+                reading.account.read(unit.title, f"gravity along ({u:g}, {v:g}, {w:g})")
+                return tuple(GRAVITY * x / size for x in (v, w, u))  # type: ignore[return-value]
+            reading.account.left_out(unit.title, "gravity without a direction")
+    return 0.0, 0.0, 0.0
 
 
 def gears_on(reading: Reading, component: Component) -> list[Component]:

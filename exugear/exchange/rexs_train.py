@@ -1,29 +1,35 @@
 """The gear train of a REXS file: stages between shafts and planetary sets, in the order of the power."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import atan2, cos, hypot, sin
-from typing import Any
+from math import atan2, cos, hypot, isnan, nan, sin
+from typing import Any, NamedTuple
 
 import xarray as xr
 
-from exugear.exchange.rexs_bearings import BEARINGS, STIFF, bearing_of
+from exugear.exchange.rexs_bearings import BEARINGS, DAMPING_TIME, SOFT, STIFF, Options, bearing_of
 from exugear.exchange.rexs_file import Component
-from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters
+from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters, material_of
 from exugear.exchange.rexs_reading import Reading
 from exugear.exchange.rexs_shafts import (
+    SHORTEST,
     ShaftLayout,
     bearings_of,
+    continuous,
     gear_position,
     gears_on,
+    gravity_of,
     layout_of,
     masses_of,
     position_of,
+    torque_position,
     u_of_gear,
 )
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.shaft import Disc, Shaft
+from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
@@ -54,25 +60,35 @@ class Mesh:
         return Mesh(self.component, self.gears[::-1], self.shafts[::-1])
 
 
+class Planet(NamedTuple):
+    """A planet: its shaft, and its gears at the sun and at the ring, two of a stepped planet."""
+
+    layout: ShaftLayout
+    at_sun: Component
+    at_ring: Component
+
+    @property
+    def gears(self) -> list[Component]:
+        """Its gears, each once."""
+        return [self.at_sun, *([] if self.at_ring is self.at_sun else [self.at_ring])]
+
+
 @dataclass(frozen=True)
 class Set:
-    """A planetary stage: its component, shafts of sun, ring and carrier, gears of sun and ring, and planets.
-
-    planets   shaft and gear of each planet
-    """
+    """A planetary stage: its component, shafts of sun, ring and carrier, gears of sun and ring, and planets."""
 
     component: Component
     shafts: tuple[str, ...]
     sun: Component
     ring: Component
-    planets: tuple[tuple[ShaftLayout, Component], ...]
+    planets: tuple[Planet, ...]
 
 
 class Train:
     """Stages and sets of a file with their shafts and gears, of which gearboxes are made."""
 
-    def __init__(self, reading: Reading):
-        self.reading = reading
+    def __init__(self, reading: Reading, options: Options):
+        self.reading, self.options = reading, options
         self.layouts: dict[str, ShaftLayout] = {}
         self._names: dict[str, str] = {}
         file = reading.file
@@ -90,7 +106,7 @@ class Train:
 
     def _place_shafts(self) -> None:
         """Positions that the file does not hold follow from the stages: distance, angle, gears opposite each other."""
-        planets = [layout for member in self.members if isinstance(member, Set) for layout, _ in member.planets]
+        planets = [x.layout for member in self.members if isinstance(member, Set) for x in member.planets]
         layouts = {layout.component.id: layout for layout in (*self.layouts.values(), *planets)}
         if all(layout.known for layout in layouts.values()):
             return
@@ -123,8 +139,9 @@ class Train:
         lost = [layout.component.title for layout in layouts.values() if not layout.known]
         require(not lost, f"positions of {lost} do not follow from stages; export support_vector")
 
-    def begin(self) -> None:
-        """Make all gears and shafts, each once."""
+    def begin(self, forces: Mapping[str, Mapping[float, ExternalForce]]) -> None:
+        """Make all gears and shafts, each once; forces: external ones by shaft and axial position [m]."""
+        self.gravity = gravity_of(self.reading)
         components = [gear for member in self.members for gear in _gears_of_member(member)]
         on_shafts = {
             name: [gear for gear in gears_on(self.reading, layout.component) if gear in components]
@@ -134,14 +151,18 @@ class Train:
             self._gears |= {gear.id: self._placed_gear(self.layouts[name], gear) for gear in gears}
         for member in self.members:
             if isinstance(member, Set):
-                self._gears |= {gear.id: self._placed_gear(layout, gear) for layout, gear in member.planets}
-                planets = {self._gears[gear.id][1] for _, gear in member.planets}
-                require(len(planets) == 1, f"planets of {member.component.title} differ, which is not read: {planets}")
+                on_planets = [(x.layout, gear) for x in member.planets for gear in x.gears]
+                self._gears |= {gear.id: self._placed_gear(layout, gear) for layout, gear in on_planets}
+                for alike in zip(*(x.gears for x in member.planets), strict=True):
+                    kinds = {self._gears[gear.id][1] for gear in alike}
+                    require(len(kinds) == 1, f"planets of {member.component.title} differ, which is not read: {kinds}")
         for member in self.members:
             for pinion, wheel, a in self._mates(member):
                 self._shorten(pinion, wheel, a)
+        self._pins = {x.component.id: self._pin(x) for x in self.members if isinstance(x, Set)}
         for name, gears in on_shafts.items():
-            self._shafts[name] = self._shaft(name, [self._gears[gear.id] for gear in gears])
+            placed = [self._gears[gear.id] for gear in gears]
+            self._shafts[name] = self._shaft(name, placed, forces.get(name, {}))
 
     @property
     def first_shaft(self) -> str:
@@ -184,10 +205,9 @@ class Train:
         """Gears that mesh and their centre distance [m]; of a set those of the first planet."""
         if isinstance(member, Mesh):
             return [(*member.gears, self._centre_distance(member))]
-        layout, planet = member.planets[0]
-        centre = self.layouts[member.shafts[0]].position
-        a = hypot(layout.position[0] - centre[0], layout.position[1] - centre[1])
-        return [(member.sun, planet, a), (planet, member.ring, a)]
+        planet, centre = member.planets[0], self.layouts[member.shafts[0]].position
+        a = hypot(planet.layout.position[0] - centre[0], planet.layout.position[1] - centre[1])
+        return [(member.sun, planet.at_sun, a), (planet.at_ring, member.ring, a)]
 
     def _shorten(self, pinion: Component, wheel: Component, a: float) -> None:
         """Shorten tips, whose diameters the file does not hold, until they clear the roots of their mates."""
@@ -222,6 +242,8 @@ class Train:
     def note(self, members: Iterable[Mesh | Set]) -> None:
         """Note the pairs and what is assumed of them."""
         for member in members:
+            if any(self.gravity) and isinstance(member, Set):
+                self.reading.account.left_out(member.component.title, "weight of its planets, which orbit")
             for pair, _ in self.pairs(member):
                 self.reading.account.read(member.component.title, f"{pair}")
                 _, assumed = self._backlash(member.component, pair)
@@ -267,14 +289,30 @@ class Train:
         on_planets = []
         for shaft in planets:
             on_shaft = gears_on(reading, shaft)
-            require(len(on_shaft) == 1, f"{shaft.title} carries {len(on_shaft)} gears; stepped planets are not read")
-            on_planets.append((layout_of(reading, shaft, shaft.name or f"planet {shaft.id}"), on_shaft[0]))
+            layout = layout_of(reading, shaft, shaft.name or f"planet {shaft.id}")
+            on_planets.append(Planet(layout, *(self._mate(mate, on_shaft, shaft) for mate in (suns[0], rings[0]))))
+        if on_planets[0].at_sun is not on_planets[0].at_ring:
+            words = "a tooth of either gear of a stepped planet stands at the same angle, as files do not tell it"
+            reading.account.assumed(stage.title, words)
         carrier = self._layout(carriers[0])
         for further in carriers[1:]:
             self._names[further.id] = carrier.name
             reading.use(further)
         sun, ring = (self._shaft_of(gear) for gear in (suns[0], rings[0]))
         return Set(stage, (sun.name, ring.name, carrier.name), suns[0], rings[0], tuple(on_planets))
+
+    def _mate(self, gear: Component, candidates: list[Component], shaft: Component) -> Component:
+        """The gear of a planet that meshes with a sun or ring, by the meshes of the file where it has two."""
+        if len(candidates) == 1:
+            return candidates[0]
+        ids = {x.id: x for x in candidates}
+        for stage in self.reading.file.of_type("cylindrical_stage"):
+            pair = [x.id for x in gears_of_stage(self.reading, stage)]
+            if gear.id in pair and ids.keys() & {*pair}:
+                return ids[next(x for x in pair if x in ids)]
+        raise ValueError(
+            f"{shaft.title} carries {len(ids)} gears, none of which meshes with {gear.title}; export stages"
+        )
 
     def _is_held(self, layout: ShaftLayout) -> bool:
         """Whether an engaged coupling leads from a shaft to the housing."""
@@ -293,27 +331,72 @@ class Train:
         self.reading.vector(component, "u_axis_vector", "m")
         return axial, gear_of(self.reading, component, layout.at(axial))
 
-    def _shaft(self, name: str, gears: list[tuple[float, Gear]]) -> Shaft:
-        layout = self.layouts[name]
-        parts: dict[float, list] = {}
-        faces = [(axial - gear.b / 2, axial + gear.b / 2) for axial, gear in gears]
-        density = density_of(self.reading, layout.component)
-        discs = [*layout.bare_discs(faces, density), *masses_of(self.reading, layout)]
+    def _shaft(self, name: str, gears: list[tuple[float, Gear]], forces: Mapping[float, ExternalForce]) -> Shaft:
+        layout, account = self.layouts[name], self.reading.account
         of_set = next((x for x in self.members if isinstance(x, Set) and name in x.shafts), None)
-        if of_set is None:
-            bearings = bearings_of(self.reading, layout)
+        bearings = self._bearings(layout, of_set)
+        acting = self._acting(layout.component.title, bearings, forces)
+        masses, sections = masses_of(self.reading, layout), None
+        options: dict[str, Any] = {"gravity": self.gravity} if bearings else {}
+        if of_set is None and self.options.elastic:
+            faces = [(axial - gear.b / 2, axial + gear.b / 2, gear.d_f) for axial, gear in gears if not gear.internal]
+            needed = [*(axial for axial, _ in (*gears, *masses)), *bearings, *acting]
+            sections = continuous(layout, needed, faces)
+        if sections:
+            discs = masses
+            options |= {"sections": sections.sections, "start": sections.start}
+            options |= {"material": material_of(self.reading, layout.component)}
+            end, positions = torque_position(self.reading, layout), [axial for axial, _ in gears]
+            last = sections.start + sum(section[1] for section in sections.sections)
+            if end is not None and sections.start - SHORTEST <= end <= last + SHORTEST:
+                inside = min(positions) < end < max(positions)
+                options |= {} if inside else {"torque_at": min(max(end, sections.start), last)}
+            for words in sections.assumed:
+                account.assumed(layout.component.title, words)
         else:
-            bearings = {}
-            self.reading.account.assumed(
-                layout.component.title, "ideal bearings, as members of planetary sets only spin"
-            )
+            covered = [(axial - gear.b / 2, axial + gear.b / 2) for axial, gear in gears]
+            discs = [*merged(layout.bare_discs(covered, density_of(self.reading, layout.component))), *masses]
         if of_set and name == of_set.shafts[2]:
             discs += self._carrier_discs(of_set, bare=not discs)
-        for axial, part in [*gears, *discs, *bearings.items()]:
+        parts: dict[float, list] = {}
+        for axial, part in [*gears, *discs, *bearings.items(), *acting.items()]:
             parts.setdefault(axial, []).append(part)
-        shaft = Shaft(name, {axial: tuple(group) if len(group) > 1 else group[0] for axial, group in parts.items()})
-        self.reading.account.read(layout.component.title, f"{len(layout.sections)} sections, {shaft.mass:.4g} kg")
+        listed = {axial: tuple(group) if len(group) > 1 else group[0] for axial, group in parts.items()}
+        shaft = Shaft(name, listed, **options)
+        kind = "elastic where the plan shows that it matters" if sections else "rigid"
+        account.read(layout.component.title, f"{len(layout.sections)} sections, {shaft.mass:.4g} kg, {kind}")
         return shaft
+
+    def _bearings(self, layout: ShaftLayout, of_set: Set | None) -> dict[float, Any]:
+        """The bearings of a shaft; of a member of a planetary set linear ones if its planets have elastic pins."""
+        title = layout.component.title
+        if of_set is None:
+            return bearings_of(self.reading, layout, rolling=self.options.rolling)
+        if self._pins[of_set.component.id] is None:
+            self.reading.account.assumed(title, "ideal bearings, as the planets of its set turn on ideal pins")
+            return {}
+        if layout.name in self.held:
+            self.reading.account.assumed(title, "ideal bearings, as the housing holds it")
+            return {}
+        planets = [planet.layout.component for planet in of_set.planets]
+        bearings = bearings_of(self.reading, layout, rolling=False, planets=planets)
+        if not holds(bearings):
+            given = "has no bearings" if not bearings else "would be free on its bearings"
+            self.reading.account.assumed(title, f"ideal bearings: it {given}")
+            return {}
+        return bearings
+
+    def _acting(
+        self, title: str, bearings: Mapping[float, Any], forces: Mapping[float, ExternalForce]
+    ) -> Mapping[float, ExternalForce]:
+        """The external forces that bearings carry; others are left out in words."""
+        for axial, force in forces.items():
+            where = f"{force} at {axial / mm:.4g} mm"
+            if bearings:
+                self.reading.account.read(title, where)
+            else:
+                self.reading.account.left_out(title, f"{where}: ideal bearings take it")
+        return forces if bearings else {}
 
     def _carrier_discs(self, each: Set, *, bare: bool) -> list[tuple[float, Disc]]:
         """Side plates of a carrier; where it has no body at all, a disc of steel over its planets, as wide as they."""
@@ -330,7 +413,7 @@ class Train:
                 self.reading.account.read(plate.title, f"disc of {discs[-1][1].mass:.4g} kg")
         if discs or not bare:
             return discs
-        layout, gear = each.planets[0]
+        layout, gear = each.planets[0].layout, each.planets[0].at_sun
         centre = self.layouts[each.shafts[0]].position
         width = self.reading.number(gear, "face_width", "m")
         diameter = 2.2 * hypot(layout.position[0] - centre[0], layout.position[1] - centre[1])
@@ -349,14 +432,19 @@ class Train:
         options["backlash"] = self._backlash(mesh.component, pair)[0]
         return Stage(fast, slow, law, damping_ratio=damping_ratio, **options)
 
-    def _planetary(self, each: Set, sun_law: xr.Dataset, ring_law: xr.Dataset, damping_ratio: float) -> Planetary:
-        sun, ring, carrier = (self._shafts[name] for name in each.shafts)
-        x, y = self.layouts[each.shafts[0]].position
-        angles = [atan2(layout.position[1] - y, layout.position[0] - x) for layout, _ in each.planets]
-        (sun_pair, _), (ring_pair, _) = self.pairs(each)
-        options = {"sun_pair": sun_pair, "ring_pair": ring_pair, "angles": angles, "pin": self._pin(each)}
-        axial = self._gears[each.sun.id][0]
-        options["planet"] = [self._planet(layout, gear, axial) for layout, gear in each.planets]
+    def _planetary(self, member: Set, sun_law: xr.Dataset, ring_law: xr.Dataset, damping_ratio: float) -> Planetary:
+        sun, ring, carrier = (self._shafts[name] for name in member.shafts)
+        x, y = self.layouts[member.shafts[0]].position
+        angles = [atan2(each.layout.position[1] - y, each.layout.position[0] - x) for each in member.planets]
+        (sun_pair, _), (ring_pair, _) = self.pairs(member)
+        options: dict[str, Any] = {
+            "sun_pair": sun_pair,
+            "ring_pair": ring_pair,
+            "angles": angles,
+            "pin": self._pins[member.component.id],
+        }
+        axial = self._gears[member.sun.id][0]
+        options["planet"] = [self._planet(planet, axial) for planet in member.planets]
         return Planetary(
             sun=sun,
             ring=ring,
@@ -367,25 +455,35 @@ class Train:
             **{name: value for name, value in options.items() if value is not None},
         )
 
-    def _planet(self, layout: ShaftLayout, component: Component, axial: float) -> Shaft:
-        """A planet with the material of its shaft, its gear opposite the sun."""
-        gear = self._gears[component.id][1]
-        face = [(axial - gear.b / 2, axial + gear.b / 2)]
-        discs = layout.bare_discs(face, density_of(self.reading, layout.component))
-        parts: dict[float, list] = {axial: [gear]}
-        for at, disc in discs:
-            parts.setdefault(at, []).append(disc)
-        return Shaft(layout.name, {at: tuple(x) if len(x) > 1 else x[0] for at, x in parts.items()})
+    def _planet(self, planet: Planet, axial: float) -> Shaft:
+        """A planet with the material of its shaft, its gear opposite the sun at an axial position [m]."""
+        first = self._gears[planet.at_sun.id][0]
+        gears = [(axial + self._gears[gear.id][0] - first, self._gears[gear.id][1]) for gear in planet.gears]
+        faces = [(at - gear.b / 2, at + gear.b / 2) for at, gear in gears]
+        discs = merged(planet.layout.bare_discs(faces, density_of(self.reading, planet.layout.component)))
+        parts: dict[float, list] = {}
+        for at, part in [*gears, *discs]:
+            parts.setdefault(at, []).append(part)
+        return Shaft(planet.layout.name, {at: tuple(x) if len(x) > 1 else x[0] for at, x in parts.items()})
 
-    def _pin(self, each: Set):
-        """The bearing between planet and pin where it is elastic; None for an ideal one."""
-        layout, _ = each.planets[0]
+    def _pin(self, each: Set) -> Bearing | None:
+        """The bearing between planet and pin, of several their sum about the planet's gear; None for an ideal one."""
+        planet = each.planets[0]
+        layout, middle = planet.layout, self._gears[planet.at_sun.id][0]
+        radial = axial = tilt = 0.0
         for relation in self.reading.file.related("side", outer_part=layout.component.id):
             component = self.reading.file.components[relation.roles.get("assembly", layout.component.id)]
             if component.type in BEARINGS:
-                bearing = bearing_of(self.reading, component, None)
-                return None if bearing.radial >= STIFF else bearing
-        return None
+                bearing = bearing_of(self.reading, component, None, rolling=False)
+                u = self.reading.number(component, "u_coordinate_on_shaft_outer_side", "m", nan)
+                lever = 0.0 if isnan(u) else layout.axial(u) - middle
+                radial, axial = radial + bearing.radial, axial + bearing.axial  # type: ignore[union-attr]
+                tilt += bearing.tilt + bearing.radial * lever**2  # type: ignore[union-attr]
+        if radial < SOFT or radial >= STIFF:
+            return None
+        pin = Bearing(radial=radial, axial=axial, tilt=tilt, damping_time=DAMPING_TIME)
+        self.reading.account.read(each.component.title, f"planets on elastic pins: {pin}")
+        return pin
 
     def _centre_distance(self, mesh: Mesh) -> float:
         """Of the stage [m], which its shafts must have; where the file lacks it, that of the shafts."""
@@ -409,6 +507,27 @@ class Train:
             return pair.backlash, ""
         assumed = ASSUMED_BACKLASH * pair.pinion.m_n
         return assumed, f"backlash of {assumed / um:.4g} um, {ASSUMED_BACKLASH:g} m_n, as the sizes leave none"
+
+
+def merged(discs: Sequence[tuple[float, Disc]]) -> list[tuple[float, Disc]]:
+    """Discs at axial positions [m] as a rigid body, at its centre of mass; none of none."""
+    if not discs:
+        return []
+    mass = sum(disc.mass for _, disc in discs)
+    centre = sum(disc.mass * axial for axial, disc in discs) / mass
+    transverse = sum(disc.transverse + disc.mass * (axial - centre) ** 2 for axial, disc in discs)
+    return [(centre, Disc(mass, sum(disc.inertia for _, disc in discs), transverse))]
+
+
+def holds(bearings: Mapping[float, Any]) -> bool:
+    """Whether bearings at axial positions [m] hold a shaft against all motions but its spin."""
+    if not bearings:
+        return False
+    try:
+        Shaft("shaft", {0.0: Disc.cylinder(10 * mm, 50 * mm), **bearings})
+    except ValueError:
+        return False
+    return True
 
 
 def _gears_of_member(member: Mesh | Set) -> tuple[Component, ...]:

@@ -7,12 +7,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from exugear.exchange.rexs_loads import LoadCase
 from exugear.exchange.rexs_reading import Account
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Disc, Shaft
+from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
+from exugear.operation.load_spectrum import LoadCase
+from exugear.rolling_bearings.rows import BallRow, RollerRow
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import Sides
 from fem.microgeometry.modification import LeadCrowning, ProfileCrowning, RootRelief, TipRelief
@@ -28,6 +31,7 @@ UNITS = {
     "mm": mm,
     "deg": deg,
     "1 / min": pi / 30,
+    "N": 1.0,
     "N m": 1.0,
     "N / m": 1.0,
     "N mm / rad": 1e-3,
@@ -39,6 +43,13 @@ UNITS = {
     "none": 1.0,
 }
 Value = tuple[object, str]
+#: Types of rolling bearings by their kinds.
+TYPES = {
+    "deep groove": "radial_grooved_ball_bearing",
+    "angular contact": "angular_contact_ball_bearing",
+    "cylindrical roller": "cylindrical_roller_bearing",
+    "tapered roller": "tapered_roller_bearing",
+}
 
 
 @checked
@@ -47,8 +58,9 @@ def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] 
 
     load_cases   as `exugear.read_rexs` returns them: speed of the driving shaft, torque on it, share of time
 
-    Returns an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
-    bearings with clearance, offsets of shafts. Raises ValueError for gearboxes with planetary sets.
+    Sections, rolling bearings of one row by their inner geometry, external forces and gravity are written, too. Returns
+    an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
+    unbalance, bearings with clearance, offsets of shafts. Raises ValueError for gearboxes with planetary sets.
     """
     sets = [stage.name for stage in gearbox.stages if stage.carrier is not None]
     require(not sets, f"planetary sets are not written, got {sets}; write the parallel stages alone")
@@ -72,6 +84,7 @@ class _Writing:
         self.cases: ElementTree.Element | None = None
         self.shafts: dict[str, str] = {}
         self.gears: dict[tuple[str, float], str] = {}
+        self.begins: dict[str, float] = {}
         self.unit = self._component("gear_unit", "gear unit", support_vector=(np.zeros(3), "mm"))
         self.casing = self._component("gear_casing", "housing")
         self._relation("assembly", assembly=self.unit, part=self.casing)
@@ -97,6 +110,9 @@ class _Writing:
 
     def gearbox(self, gearbox: Gearbox) -> None:
         """All shafts with their parts, and the stages between them."""
+        self._gravity(gearbox)
+        if gearbox.housing is not None:
+            self.account.left_out("housing", f"stiffness between {len(gearbox.housing.seats)} seats is not written")
         for shaft in gearbox.shafts:
             self._shaft(shaft, gearbox.shaft_positions[shaft.name], drives=shaft is gearbox.driving)
         for stage in gearbox.stages:
@@ -104,17 +120,24 @@ class _Writing:
 
     def _shaft(self, shaft: Shaft, position: tuple[float, float], *, drives: bool) -> None:
         begin = min(axial - getattr(part, "b", 0.0) / 2 for axial, part in _parts(shaft))
+        begin = shaft.start if shaft.sections else begin
         id = self._component(
             "shaft", shaft.name, **_placed(np.array([begin, *position])), defines_speed=(drives, "none")
         )
         self.shafts[shaft.name] = id
+        self.begins[shaft.name] = begin
         self._relation("assembly", assembly=self.unit, part=id)
+        self._sections(shaft, id)
         for axial, part in _parts(shaft):
             at, where = np.array([axial, *position]), f"{shaft.name} at {axial / mm:g} mm"
             if isinstance(part, Gear):
                 self.gears[shaft.name, axial] = self._gear(part, at, axial - begin, where, id)
             elif isinstance(part, Bearing):
                 self._bearing(part, at, axial - begin, where, id)
+            elif isinstance(part, RollingBearing):
+                self._rolling_bearing(part, at, axial - begin, where, id)
+            elif isinstance(part, ExternalForce):
+                self._force(part, axial - begin, where, id)
             elif isinstance(part, Disc):
                 sizes = {"mass_of_component": (part.mass, "kg"), "moment_of_inertia_u_axis": (part.inertia, "kg m^2")}
                 sizes |= {"moment_of_inertia_v_axis": (part.transverse, "kg m^2")}
@@ -124,6 +147,76 @@ class _Writing:
                 self.account.left_out(where, f"{type(part).__name__} is not written")
         if shaft.offset != type(shaft.offset)():
             self.account.left_out(shaft.name, f"{shaft.offset} is not written")
+
+    def _gravity(self, gearbox: Gearbox) -> None:
+        """Direction of the gravity of the shafts, which must be the same."""
+        acting = {tuple(shaft.gravity) for shaft in gearbox.shafts if any(shaft.gravity)}
+        if len(acting) == 1:
+            x, y, z = next(iter(acting))
+            direction: dict[str, Value] = {
+                f"direction_vector_gravity_{axis}": (value, "none")
+                for axis, value in zip("uvw", (z, x, y), strict=True)
+            }
+            _add(self.components[int(self.unit) - 1], {"account_for_gravity": (True, "none")} | direction)
+        elif acting:
+            self.account.left_out("gravity", f"differs between the shafts: {sorted(acting)}")
+
+    def _sections(self, shaft: Shaft, id: str) -> None:
+        """Sections of a shaft, and its material."""
+        for section in shaft.cylinders:
+            ends = {"outer": section.d, "inner": section.d_inner}
+            sizes: dict[str, Value] = {
+                f"{side}_diameter_{end}": (d, "mm") for side, d in ends.items() for end in ("begin", "end")
+            }
+            sizes |= {"u_coordinate_on_shaft": (section.start - shaft.start, "mm"), "length": (section.length, "mm")}
+            self._relation("assembly", assembly=id, part=self._component("shaft_section", "section", **sizes))
+        if shaft.sections:
+            self._relation("reference", origin=id, referenced=self._material(shaft))
+
+    def _force(self, force: ExternalForce, u: float, where: str, shaft: str) -> None:
+        """An external force; x, y, z of it are v, w, u of the file."""
+        directions = {"force_v": force.x, "force_w": force.y, "force_u": force.z}
+        values: dict[str, Value] = {f"{name}_direction": (value, "N") for name, value in directions.items() if value}
+        moments = {"torque_around_v_axis": force.moment_x, "torque_around_w_axis": force.moment_y}
+        values |= {name: (value, "N m") for name, value in moments.items() if value}
+        at: dict[str, Value] = {"u_coordinate_on_shaft": (u, "mm"), "transmits_torque": (False, "none")}
+        load = self._component("external_load", f"force on {where}", **at, **values)
+        self._relation("assembly", assembly=shaft, part=load)
+
+    def _rolling_bearing(self, bearing: RollingBearing, at: np.ndarray, u: float, where: str, shaft: str) -> None:
+        """A rolling bearing of one row by its inner geometry."""
+        if len(bearing.rows) > 1 or bearing.kind not in TYPES:
+            self.account.left_out(where, f"{bearing} is not written: {len(bearing.rows)} rows")
+            return
+        row = bearing.rows[0]
+        values: dict[str, Value] = {"bearing_type": (TYPES[bearing.kind], "none"), "dynamic_capacity": (bearing.C, "N")}
+        values |= {"u_coordinate_on_shaft_inner_side": (u, "mm")}
+        absorbs = "no_direction" if bearing.kind == "cylindrical roller" else "both_directions"
+        absorbs = ("positive" if row.direction > 0 else "negative") if row.alpha else absorbs
+        values |= {"axial_force_absorption": (absorbs, "none")}
+        of_row: dict[str, Value] = {
+            "number_of_rolling_elements": (row.Z, "none"),
+            "reference_diameter": (row.D_pw, "mm"),
+        }
+        of_row |= {"pressure_angle": (row.alpha, "deg")}
+        of_element: dict[str, Value] = {"diameter_of_rolling_element": (row.D_w, "mm")}
+        if isinstance(row, BallRow):
+            of_row |= {"raceway_radius_of_inner_ring": (row.r_i, "mm"), "raceway_radius_of_outer_ring": (row.r_e, "mm")}
+            clearance = 2 * (row.A - row.R_0)
+        elif isinstance(row, RollerRow):
+            of_element |= {"length_of_rolling_element": (row.L_we, "mm")}
+            clearance = 2 * row.gap
+        if not row.alpha and clearance:
+            values |= {"operating_radial_bearing_clearance": (clearance, "mm")}
+        id = self._component("rolling_bearing_with_detailed_geometry", where, **_placed(at), **values)
+        self._relation("assembly", assembly=self.unit, part=id)
+        self._relation("side", assembly=id, inner_part=shaft, outer_part=self.casing)
+        of_bearing = self._component("rolling_bearing_row", where, **of_row)
+        self._relation("assembly", assembly=id, part=of_bearing)
+        element = self._component("rolling_element", where, **of_element)
+        self._relation("assembly", assembly=of_bearing, part=element)
+        if bearing.damping_time:
+            self.account.left_out(where, f"damping_time {bearing.damping_time:g} s is not written")
 
     def _gear(self, gear: Gear, at: np.ndarray, u: float, where: str, shaft: str) -> str:
         sizes: dict[str, Value] = {
@@ -155,8 +248,8 @@ class _Writing:
         self._relation("reference", origin=id, referenced=self._material(gear))
         return id
 
-    def _material(self, gear: Gear) -> str:
-        material = gear.material
+    def _material(self, owner: Gear | Shaft) -> str:
+        material = owner.material
         values: dict[str, Value] = {"elastic_modulus": (material.E, "N / mm^2"), "poisson_ratio": (material.nu, "none")}
         return self._component("material", "material", **values, density=(material.density, "kg / dm^3"))
 
@@ -207,6 +300,8 @@ class _Writing:
         loads = {}
         for end in (gearbox.driving, gearbox.driven):
             marks: dict[str, Value] = {"transmits_torque": (True, "none")}
+            if end.sections:
+                marks["u_coordinate_on_shaft"] = end.end_position - self.begins[end.name], "mm"
             marks["defines_torque"] = end is gearbox.driving, "none"
             loads[end.name] = self._component("external_load", f"load on {end.name}", **marks)
             self._relation("assembly", assembly=self.shafts[end.name], part=loads[end.name])
@@ -216,7 +311,7 @@ class _Writing:
         for number, case in enumerate(cases, start=1):
             element = ElementTree.SubElement(self.cases, "load_case", id=str(number))
             torque = case.load * abs(gearbox.ratios[gearbox.driven.name])
-            self._of_case(element, self.unit, load_duration_fraction=(case.fraction, "%"))
+            self._of_case(element, self.unit, load_duration_fraction=(case.share, "%"))
             self._of_case(element, self.shafts[gearbox.driving.name], rotational_speed=(case.speed, "1 / min"))
             self._of_case(element, loads[gearbox.driving.name], torque_around_u_axis=(torque, "N m"))
 

@@ -1,4 +1,8 @@
-"""A bearing as data: linear, with radial clearance, by a table of forces, or as a full stiffness matrix."""
+"""A bearing as data: linear, with radial clearance, by a table of forces, or as a full stiffness matrix.
+
+The radial force of all but a matrix is linear between points (`radial_points`): the law of a further kind of bearing is
+its fields and its points. What follows from the law stands in `exugear.gearbox.bearing_law`.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,6 +12,7 @@ import numpy as np
 
 from exugear.gearbox.drag import BearingDrag, Drag
 from fem.support.arguments import FilePath, Finite, Numbers, checked, renamed
+from fem.support.numba_cache import compiled_or_not
 from fem.support.representation import short
 from fem.support.tables import read_table
 from fem.support.user_warning import warn_renamed
@@ -20,6 +25,8 @@ RIGID, RIGID_TILT = 1e13, 1e11
 #: rubber mounts 1e4 N/m: on less, a shaft of 1 kg sags by a millimetre. Tilt: two such mounts, each a centimetre from
 #: the pole.
 SOFT, SOFT_TILT = 1e4, 1.0
+#: Displacement beyond the clearance at which the points of a law end [m].
+REACH = 1.0
 #: Relative error of a matrix that counts as rounding.
 ROUNDING = 1e-9
 
@@ -187,9 +194,30 @@ class Bearing:
         r = np.asarray(r, float)
         require(bool((r >= 0).all()), f"r must be >= 0 m, got {r.min()}")
         require(bool((r <= self.reach).all()), f"r = {r.max():g} m lies beyond the table's {self.reach:g} m; extend it")
-        if self.table is not None:
-            return np.interp(r, *self.table)
-        return self.radial * np.maximum(r - self.clearance, 0.0)
+        return radial_law(radial_points(self), r)[1]
+
+
+def radial_points(bearing: "Bearing") -> np.ndarray:
+    """(3, n) radial displacements [m], forces [N] and energies [J] of a bearing; the force is linear in between."""
+    if bearing.table is not None:
+        displacement, force = np.array(bearing.table)
+    else:
+        displacement = np.array([0.0, bearing.clearance, bearing.clearance + REACH])
+        force = np.array([0.0, 0.0, bearing.radial * REACH])
+        if bearing.clearance == 0:
+            displacement, force = displacement[1:], force[1:]
+    work = np.diff(displacement) * (force[1:] + force[:-1]) / 2
+    return np.array([displacement, force, np.r_[0.0, np.cumsum(work)]])
+
+
+@compiled_or_not
+def radial_law(points, r):
+    """Energy [J], force [N] and slope [N/m] at radial displacements r >= 0 [m]; points (3, n): `radial_points`."""
+    displacement, force, energy = points[0], points[1], points[2]
+    i = np.minimum(np.maximum(np.searchsorted(displacement, r) - 1, 0), displacement.size - 2)
+    slope = (force[i + 1] - force[i]) / (displacement[i + 1] - displacement[i])
+    beyond = r - displacement[i]
+    return energy[i] + beyond * (force[i] + 0.5 * slope * beyond), force[i] + slope * beyond, slope
 
 
 def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:

@@ -9,37 +9,14 @@ displacements and tilts (`exugear.rolling_bearings.law`), and the damping follow
 
 import numpy as np
 
-from exugear.gearbox.bearing import Bearing, about_pole
+from exugear.gearbox.bearing import Bearing, about_pole, radial_law, radial_points
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.rolling_bearings.law import response
 from fem.support.numba_cache import compiled_or_not
 
-#: Displacement beyond the clearance at which the table ends [m].
-REACH = 1.0
 #: Number of samples whose Hessians are computed at once.
 BLOCK = 4096
 SMALLEST = float(np.finfo(float).tiny)
-
-
-def radial_points(bearing: Bearing) -> np.ndarray:
-    """(3, n) radial displacements [m], forces [N] and energies [J] of a nonlinear bearing; forces linear in between."""
-    if bearing.table is not None:
-        displacement, force = np.array(bearing.table)
-    else:
-        displacement = np.array([0.0, bearing.clearance, bearing.clearance + REACH])
-        force = np.array([0.0, 0.0, bearing.radial * REACH])
-    work = np.diff(displacement) * (force[1:] + force[:-1]) / 2
-    return np.array([displacement, force, np.r_[0.0, np.cumsum(work)]])
-
-
-@compiled_or_not
-def radial_law(points, r):
-    """Energy [J], force [N] and slope [N/m] at radial displacements r >= 0 [m]; points (3, n): `radial_points`."""
-    displacement, force, energy = points[0], points[1], points[2]
-    i = np.minimum(np.maximum(np.searchsorted(displacement, r) - 1, 0), displacement.size - 2)
-    slope = (force[i + 1] - force[i]) / (displacement[i + 1] - displacement[i])
-    beyond = r - displacement[i]
-    return energy[i] + beyond * (force[i] + 0.5 * slope * beyond), force[i] + slope * beyond, slope
 
 
 @compiled_or_not

@@ -2,8 +2,9 @@
 
 **Bending and tension.** Decoupled coordinates are the motion of the rigid shaft, x, y, z and rotations about x, y at
 its centre of mass, and amplitudes of elastic shapes. In bending the shapes span, in each of the two planes, the static
-deflections on the bearings under a force and a moment at each gear, and a force at each nonlinear bearing, and modes on
-the bearings: beyond the two in which the shaft moves as a rigid body, those that transmit most from gears to bearings.
+deflections on the bearings under a force and a moment at each gear, a force at each nonlinear bearing, external force
+and unbalance, and the weight, and modes on the bearings: beyond the two in which the shaft moves as a rigid body, those
+that transmit most from gears to bearings.
 In tension they are static displacements. Less their rigid motion, and orthogonal to one another in mass and stiffness,
 they leave diagonal matrices. The static compliance is exact.
 
@@ -33,6 +34,7 @@ from exugear.gearbox.beam import Beam, twist_shapes
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_secant
 from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft_loads import ExternalForce
 
 #: Iterations for the secant stiffness of nonlinear bearings.
 ITERATIONS = 30
@@ -225,12 +227,29 @@ class ElasticShaft:
         return self._matrix(np.diag(np.r_[np.zeros(RIGID), self.damping]), self.torsion.damping)
 
     @cached_property
+    def load_of_decoupled(self) -> np.ndarray:
+        """(5 + m,) external forces and weight over the decoupled coordinates; weight deforms no orthogonal shape."""
+        weight = np.zeros(RIGID + self.elastic)
+        weight[:3] = self.shaft.mass * np.array(self.shaft.gravity)
+        return sum((self.motion_at(axial).T @ force.wrench for axial, force in self.shaft.forces), weight)
+
+    @cached_property
+    def constant_load(self) -> np.ndarray:
+        """(size,) external forces and weight over the coordinates in a run."""
+        load = np.zeros(self.size)
+        if self.spatial:
+            load[self.moving] = self.from_moving.T @ self.load_of_decoupled
+        return load
+
+    @cached_property
     def polar_matrix(self) -> np.ndarray:
         """(size, size) gyroscopic moments per speed."""
         return self._matrix(self.polar, np.zeros_like(self.torsion.mass))
 
     def static_displacement(self, forces: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
         """(size,) static coordinates under forces (size,), the angle of the first body 0 and no torque on the end.
+
+        External forces and weight of the shaft act beside these forces.
 
         Also the radial force of each nonlinear bearing [N] by its axial position. Nonlinear bearings have their secant
         stiffness under their forces, beyond the end of a table that at its end.
@@ -246,6 +265,7 @@ class ElasticShaft:
             np.zeros(self.size),
             dict.fromkeys(secants, 0.0),
         )
+        forces = forces + self.constant_load
         for _ in range(ITERATIONS if nonlinear else 1):
             total = linear + sum(k * bearings[x][0][:2].T @ bearings[x][0][:2] for x, k in secants.items())
             q[free] = np.linalg.solve(total[np.ix_(free, free)], forces[free])
@@ -274,7 +294,7 @@ def elastic_shaft(shaft: Shaft, modes: int, torsion_modes: int, *, spatial: bool
         shapes, none = np.zeros((beam.axial.size, 6, 0)), np.zeros(0)
         return ElasticShaft(shaft, modes, False, shapes, rigid, none, none, np.zeros((RIGID, RIGID)), torsion)
     bending, tension = bending_shapes(shaft, modes), tension_shapes(shaft)
-    if not axial and len(shaft.stations) == 1:
+    if not axial and len(shaft.stations) == 1 and not shaft.constant_load[2]:
         tension = Shapes(tension.values[:, :0], tension.squares[:0])
     n, m = bending.squares.size, 2 * bending.squares.size + tension.squares.size
     shapes = np.zeros((beam.axial.size, 6, m))
@@ -302,7 +322,11 @@ def bending_shapes(shaft: Shaft, modes: int) -> Shapes:
     stiffness = beam.supported(shaft.planar_supports)
     coordinates = [2 * beam.node(axial) + i for axial in shaft.stations for i in (0, 1)]
     coordinates += [2 * beam.node(axial) for axial, bearing in shaft.bearings.items() if not bearing.linear]
+    coordinates += [2 * beam.node(axial) + i for axial, force in shaft.forces for i in (0, 1) if _acts(force, i)]
+    coordinates += [2 * beam.node(axial) for axial, _ in shaft.unbalances]
     loads = np.eye(len(stiffness))[:, coordinates]
+    if any(shaft.gravity[:2]):
+        loads = np.column_stack([loads, beam.bending_mass @ beam.rigid_bending(shaft.centre)[:, 0]])
     squares, shapes = scipy.linalg.eigh(stiffness, beam.bending_mass)
     pushed = [2 * beam.node(axial) for axial in shaft.stations]
     reacting = [beam.node(axial) for axial in shaft.bearings]
@@ -314,10 +338,18 @@ def bending_shapes(shaft: Shaft, modes: int) -> Shapes:
     return _orthogonal(vectors, beam.rigid_bending(shaft.centre), beam.bending_mass, beam.bending_stiffness)
 
 
+def _acts(force: ExternalForce, component: int) -> bool:
+    """Whether an external force bends by a force (0) or by a moment (1)."""
+    return bool((force.x or force.y) if component == 0 else (force.moment_x or force.moment_y))
+
+
 def tension_shapes(shaft: Shaft) -> Shapes:
-    """Shapes of tension: static displacements on the bearings under a force at each gear."""
+    """Shapes of tension: static displacements on the bearings under a force at each gear, and under external forces."""
     beam, n = shaft.beam, shaft.beam.axial.size
-    stiffness, loads = beam.tension_stiffness.copy(), np.eye(n)[:, [beam.node(axial) for axial in shaft.stations]]
+    pushed = [*shaft.stations, *(axial for axial, force in shaft.forces if force.z)]
+    stiffness, loads = beam.tension_stiffness.copy(), np.eye(n)[:, [beam.node(axial) for axial in pushed]]
+    if shaft.gravity[2]:
+        loads = np.column_stack([loads, beam.tension_mass.sum(axis=1)])
     for axial, bearing in shaft.bearings.items():
         stiffness[beam.node(axial), beam.node(axial)] += bearing.stiffness[2, 2]
     vectors = np.linalg.solve(stiffness, loads)

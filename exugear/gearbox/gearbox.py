@@ -19,6 +19,7 @@ from exugear.gearbox.gear_train import (
     traverse,
     traverse_shafts,
 )
+from exugear.gearbox.housing import Housing, check_seats
 from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
@@ -55,6 +56,7 @@ class Gearbox:
                 turns, else the first stage's fast shaft, of a set its sun, or its ring where the sun is held
     driven      shaft that carries the load of `run_up`, or its name: by default the last stage's slow shaft, of a set
                 its carrier, or its ring where the carrier is held or drives
+    housing     `exugear.Housing` on whose seats bearings stand; by default it is rigid
 
     Derived from them, by the name of the shaft or in the order of the stages:
 
@@ -84,6 +86,7 @@ class Gearbox:
     speeds: Mapping[str, float] | None = field(default=None, kw_only=True)
     driving: Shaft = field(default=DERIVED, kw_only=True)
     driven: Shaft = field(default=DERIVED, kw_only=True)
+    housing: Housing | None = field(default=None, kw_only=True)
     sets: tuple[Planetary, ...] = field(init=False, repr=False)
     ratios: dict[str, float] = field(init=False, repr=False)
     motions: np.ndarray = field(init=False, repr=False)
@@ -109,7 +112,9 @@ class Gearbox:
         self._check_elastic_rings()
         self._check_mates()
         self._check_item_names()
+        self._check_housing()
         self._place_shafts()
+        self._check_loads()
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, f"{ends}, or name driving= and driven=")
         object.__setattr__(self, "flank_senses", self._senses_of_flanks())
@@ -408,6 +413,16 @@ class Gearbox:
         clash = f"shafts, stages and their parts in Exudyn's system would share the names {shared}"
         require(not shared, f"{clash}; rename a shaft")
 
+    def _check_housing(self) -> None:
+        if self.housing is None:
+            return
+        require(isinstance(self.housing, Housing), f"housing must be an exugear.Housing, got {text_of(self.housing)}")
+        check_seats(self.housing, self.shafts)
+        carried = any(stage.carrier for stage in self.stages)
+        require(
+            not carried, "housing: seats of planetary sets are not built yet; leave it out, or model the stages apart"
+        )
+
     def _check_mates(self) -> None:
         meshes = [frozenset(stage.ends) for stage in self.stages]
         for stage, mesh in zip(self.stages, meshes, strict=True):
@@ -419,6 +434,12 @@ class Gearbox:
             alone = [axial / mm for axial in shaft.gears if (shaft.name, axial) not in mated]
             remedy = "add a stage or remove the gear"
             require(not alone, f"gear without mate on shaft {shaft.name!r} at {alone} mm; {remedy}")
+
+    def _check_loads(self) -> None:
+        """Require that no forces or weight act on planets, whose coordinates turn with their carrier."""
+        loaded = [shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.is_loaded]
+        turning = f"planets {loaded} have forces, unbalance or gravity, which is not modelled on shafts that orbit"
+        require(not loaded, f"{turning}; leave these out")
 
     def _place_shafts(self) -> None:
         traversal = traverse_shafts(self.stages)

@@ -304,6 +304,8 @@ class Planetary:
         supports = f"ring {self.ring.name!r} must have no bearings beside ring_modes, whose supports hold its rim"
         free = not self.ring.bearings and not self.ring.torque_supports and self.ring.offset == NO_DISPLACEMENT
         require(free, f"{supports}; leave bearings, TorqueSupport and offset= out")
+        tight = "ring_modes move both flanks of the ring, but its pair has no backlash"
+        require(self.ring_pair.backlash > 0, f"{tight}; give thinner teeth, Gear(s_n=...), or another GearPair(a=...)")
         unlike = f"ring_modes are of {pair_of(self.ring_modes).wheel}, the ring is {self.ring_pair.wheel}"
         require(pair_of(self.ring_modes).wheel == self.ring_pair.wheel, f"{unlike}; pass fem.ring_modes(ring_pair)")
 
@@ -457,8 +459,8 @@ def shafts_of_planets(name: str, planets: list[Any], pins: list[Any], axial: flo
         bearings = f"planet {shaft.name!r} must have no bearings, got {len(shaft.bearings)}; pass them as pin="
         require(not shaft.bearings, bearings)
         parts = {at: [*_group(part), *([pin] if pin and at == axial else [])] for at, part in shaft.parts.items()}
-        of_its_own = keep_names and isinstance(planet, Shaft)
-        shafts.append(replace(shaft, name=shaft.name if of_its_own else numbered, parts=parts))
+        keeps_name = keep_names and isinstance(planet, Shaft)
+        shafts.append(replace(shaft, name=shaft.name if keeps_name else numbered, parts=parts))
     return shafts
 
 

@@ -107,7 +107,7 @@ def motions_of_members(
     determined = f"speeds of {[*independent]} depend on one another and leave other members free"
     require(not undetermined, f"{determined}; give those of other members")
     return {
-        name: speeds_of_members(meshes, name, [*held, *(other for other in independent if other != name)])
+        name: speeds_of_members(meshes, name, [*held, *(driven for driven in independent if driven != name)])
         for name in independent
     }
 

@@ -1,7 +1,7 @@
 """A shaft as data: the parts on it, its inertia, the support by its bearings, and its static displacement."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, isfinite, pi, sqrt
 from typing import Annotated, Any, NamedTuple
@@ -13,7 +13,8 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.disc import Disc, require_all, require_possible
 from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.shaft_sections import Section, bounds_of, cylinders_of, mass_of, ring_on, sections_of
+from exugear.gearbox.shaft_loads import ExternalForce, Unbalance, about, gravity_of
+from exugear.gearbox.shaft_sections import Section, bounds_of, cylinders_of, mass_of, placed, ring_on, sections_of
 from exugear.mesh_force.ring_pair import Ring
 from fem.gear.gear import Gear
 from fem.gear.material import STEEL, Material
@@ -163,9 +164,10 @@ class TorqueSupport:
         require(0 <= self.damping_time < 0.1, ratio)
 
 
-Part = Gear | Ring | Bearing | RollingBearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag
+Load = ExternalForce | Unbalance
+Part = Gear | Ring | Bearing | RollingBearing | Disc | Coupling | TorqueSupport | Drag | BearingDrag | Load
 NO_DISPLACEMENT = Placement()
-PART_NAMES = "Bearing", "RollingBearing", "Disc", "Coupling", "TorqueSupport", "Drag"
+PART_NAMES = "Bearing", "RollingBearing", "Disc", "Coupling", "TorqueSupport", "ExternalForce", "Unbalance", "Drag"
 
 
 def check_parts(name: str, parts) -> None:
@@ -190,28 +192,31 @@ class Shaft:
 
     name         of the shaft, unique in a gearbox
     parts        axial position [m] -> `fem.Gear`, `Bearing`, `RollingBearing`, `Disc`, `Coupling`, `TorqueSupport`,
-                 `Drag` or `BearingDrag`, or a list of them; the ring of a `RingPair` (its `wheel`) has no body: pass
-                 inertia and mass, or a `Disc`
+                 `ExternalForce`, `Unbalance`, `Drag` or `BearingDrag`, or a list of them; the ring of a `RingPair` (its
+                 `wheel`) has no body: pass inertia and mass, or a `Disc`
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid disc of its
                  material up to the mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears
     transverse   inertia about x and y through the centre of mass [kg m^2]; by default that of the same discs and gears
                  at their axial positions
-    length       [m]; all parts must then lie within [0, length]
+    start        axial position [m] at which the shaft begins
+    length       [m]; all parts must then lie within [start, start + length]
     offset       `Placement`: static displacement from the nominal position
-    sections     (diameter, length) or (diameter, length, inner diameter) [m] of each section, end to end from the axial
-                 position 0 on. The shaft is then elastic: mass, inertia and length follow from its sections, its discs,
-                 and the material of its gears outside of the sections; do not pass them. `exugear.plan` chooses the
-                 elastic coordinates that it needs. Without sections it is rigid
+    gravity      acceleration (x, y, z) [m/s^2] by which the shaft weighs on its bearings: (0, -9.81, 0)
+    sections     (diameter, length) or (diameter, length, inner diameter) [m] of each section, end to end from `start`
+                 on. The shaft is then elastic: mass, inertia and length follow from its sections, its discs, and the
+                 material of its gears outside of the sections; do not pass them. `exugear.plan` chooses the elastic
+                 coordinates that it needs. Without sections it is rigid
     material     `fem.Material` of the sections
     damping_ratio
                  share of the critical damping in each elastic mode of the shaft
     torque_at    axial position [m] of the end on which drive, load and the couplings there act: the shaft twists
                  between it and its gears. By default that of the first coupling, else the end of the shaft that lies
-                 farther from its gears
+                 farther from its gears. Further couplings elsewhere act on the next gear in series with the shaft
+                 between, whose inertia turns with that gear
 
-    Raises ValueError for shafts without a body, parts outside the shaft, impossible inertias, and bearings that do not
-    hold the shaft against displacement and tilt.
+    Raises ValueError for shafts without a body, parts outside the shaft, impossible inertias, bearings that do not hold
+    the shaft against displacement and tilt, and for forces, unbalance or gravity without bearings.
     """
 
     name: str
@@ -219,7 +224,9 @@ class Shaft:
     inertia: float = field(default=DERIVED, kw_only=True)
     mass: float = field(default=DERIVED, kw_only=True)
     transverse: float = field(default=DERIVED, kw_only=True)
+    start: float = field(default=0.0, kw_only=True)
     length: float | None = field(default=None, kw_only=True)
+    gravity: Sequence[float] = field(default=(0.0, 0.0, 0.0), kw_only=True)
     offset: Placement = field(default=NO_DISPLACEMENT, kw_only=True)
     sections: Sequence[Sequence[float]] | None = field(default=None, kw_only=True)
     material: Material = field(default=STEEL, kw_only=True)
@@ -238,6 +245,7 @@ class Shaft:
         require_possible(f"shaft {self.name!r}", self)
         self._check_rotors()
         self._check_support()
+        self._check_loads()
         self._check_beside_gears()
 
     def _check_sections(self) -> None:
@@ -245,23 +253,25 @@ class Shaft:
         owner = f"shaft {self.name!r}"
         ratio = f"damping_ratio of {owner} must lie in [0, 0.5), got {self.damping_ratio:g}"
         require(0 <= self.damping_ratio < 0.5, f"{ratio}; steel shafts have 0.005 to 0.02")
+        begins = f"start of {owner} must lie within 10 m, got {self.start:g}; pass metres: 30*mm"
+        require(isfinite(self.start) and abs(self.start) < 10, begins)
         if self.sections is None:
             rigid = f"torque_at of {owner} needs sections=, between which and the gears the shaft twists"
             require(self.torque_at is None, f"{rigid}; leave it out, or pass sections=[(d, length), ...]")
             return
         object.__setattr__(self, "sections", sections_of(owner, self.sections))
-        length = float(bounds_of(self.cylinders)[-1])
-        self._derive("length", length)
+        first, last = (float(x) for x in bounds_of(self.cylinders)[[0, -1]])
+        self._derive("length", last - first)
         if self.torque_at is not None:
-            within = f"torque_at of {owner} must lie in [0, {length:g}] m, got {self.torque_at:g}"
-            require(0 <= self.torque_at <= length, within)
+            within = f"torque_at of {owner} must lie in [{first:g}, {last:g}] m, got {self.torque_at:g}"
+            require(first - ROUNDING <= self.torque_at <= last + ROUNDING, within)
 
     def _derive(self, name: str, value: float) -> None:
         """Set a field by its value, which a shaft with sections may be given but not otherwise."""
         given = getattr(self, name)
         alike = given is None or not self.sections or abs(given - value) <= ROUNDING * value
-        other = f"sections of shaft {self.name!r} give its {name}, {value:.6g}, got {given}"
-        require(alike, f"{other}; leave {name} out, or add a Disc for what the sections lack")
+        by_sections = f"sections of shaft {self.name!r} give its {name}, {value:.6g}, got {given}"
+        require(alike, f"{by_sections}; leave {name} out, or add a Disc for what the sections lack")
         object.__setattr__(self, name, value if given is None else given)
 
     def _check_parts(self) -> None:
@@ -282,10 +292,13 @@ class Shaft:
             far = f"axial positions must lie within 10 m, got {axial:g}; pass metres: 30*mm"
             require(isfinite(axial) and abs(axial) < 10, far)
         if self.length is None:
+            alone = f"start of shaft {self.name!r} is {self.start:g} m"
+            require(self.start == 0, f"{alone}, which counts beside sections or a length only; pass one of them")
             return
         require(0 < self.length < 10, f"length must lie in (0, 10) m, got {self.length:g}; pass metres: 300*mm")
-        outside = [axial / mm for axial in self.parts if not 0 <= axial <= self.length]
-        remedy = f"{outside} mm of [0, {self.length / mm:g}] mm; move the parts or lengthen the shaft"
+        end = self.start + self.length
+        outside = [axial / mm for axial in self.parts if not self.start - AT_END <= axial <= end + AT_END]
+        remedy = f"{outside} mm of [{self.start / mm:g}, {end / mm:g}] mm; move the parts or lengthen the shaft"
         require(not outside, f"positions outside the shaft {self.name!r}: {remedy}")
 
     def _fill_defaults(self) -> None:
@@ -328,6 +341,13 @@ class Shaft:
         holds = np.linalg.eigvalsh(support / np.outer(scale, scale))[0] > LEAST_HOLD
         remedy = "give its bearing tilt stiffness or add a second bearing"
         require(bool(holds), f"shaft {self.name!r} is free to tilt; {remedy}")
+
+    def _check_loads(self) -> None:
+        """Require bearings that carry forces, unbalance and weight."""
+        object.__setattr__(self, "gravity", gravity_of(f"shaft {self.name!r}", self.gravity))
+        acting = [type(part).__name__ for _, part in self._parts_of(Load)] + ["gravity"] * any(self.gravity)
+        carried = f"shaft {self.name!r} has no bearings that carry its {', '.join(acting)}"
+        require(bool(self.bearings) or not acting, f"{carried}; add a Bearing or RollingBearing to its parts")
 
     def _check_beside_gears(self) -> None:
         """Warn of parts that no machine has beside such gears: probably in another unit."""
@@ -374,7 +394,28 @@ class Shaft:
     @property
     def cylinders(self) -> tuple[Section, ...]:
         """The sections; none of a rigid shaft."""
-        return tuple(Section(*section) for section in self.sections or ())
+        return placed(self.sections, self.start) if self.sections else ()
+
+    @property
+    def forces(self) -> list[tuple[float, ExternalForce]]:
+        """(axial position [m], force) of each external force."""
+        return self._parts_of(ExternalForce)
+
+    @property
+    def unbalances(self) -> list[tuple[float, Unbalance]]:
+        """(axial position [m], unbalance) of each unbalance."""
+        return self._parts_of(Unbalance)
+
+    @property
+    def constant_load(self) -> np.ndarray:
+        """(6,) external forces and weight on the centre of mass [N], and their moments about it [N m]."""
+        weight = self.mass * np.array([*self.gravity, 0.0, 0.0, 0.0])
+        return sum((about(axial - self.centre, force.wrench) for axial, force in self.forces), weight)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether external forces, unbalance or weight act on the shaft."""
+        return bool(self.forces or self.unbalances or any(self.gravity))
 
     @property
     def drags(self) -> list[tuple[float, Drag | BearingDrag]]:
@@ -400,9 +441,26 @@ class Shaft:
         lowest mode is exact where the end is held.
         """
         couplings, name, end = self._parts_of(Coupling), self.end_name, self.twist
-        bodies = [(name if end and abs(axial - self.end_position) < AT_END else self.name) for axial, _ in couplings]
-        behind = rotors_of(self.name, [(body, part) for body, (_, part) in zip(bodies, couplings, strict=True)])
+        at_end = [bool(end) and abs(axial - self.end_position) < AT_END for axial, _ in couplings]
+        on_bodies = [
+            (name, part) if ends else (self.name, self._in_series(axial, part))
+            for ends, (axial, part) in zip(at_end, couplings, strict=True)
+        ]
+        behind = rotors_of(self.name, on_bodies)
         return (Rotor(name, end, f"{self.name} torsion", self.name), *behind) if end else behind
+
+    def _in_series(self, axial: float, coupling: Coupling) -> Coupling:
+        """A coupling beside the end of an elastic shaft, in series with the shaft between it and the next gear."""
+        if not self.sections or any(abs(axial - station) < AT_END for station in self.stations[:1]):
+            return coupling
+        nearest = min(self.stations, key=lambda station: abs(station - axial))
+        beside = f"coupling of shaft {self.name!r} at {axial / mm:g} mm lies beyond a gear that is not next to its end"
+        ends = f"{beside}, {self.end_position / mm:g} mm; name its end by torque_at={axial:g}"
+        require(nearest == self.stations[0], ends)
+        shape = twist_shapes(self.beam, [axial, nearest])[:, 0]
+        stiffness = float(shape @ self.beam.torsion_stiffness @ shape)
+        share = stiffness / (stiffness + coupling.torsion)
+        return replace(coupling, torsion=share * coupling.torsion, damping=share**2 * coupling.damping)
 
     @property
     def end_position(self) -> float:
@@ -413,8 +471,8 @@ class Shaft:
         if couplings:
             return couplings[0]
         gears = [*self.gears] or [self.centre]
-        length = float(bounds_of(self.cylinders)[-1])
-        return length if length - max(gears) > min(gears) else 0.0
+        first, last = (float(x) for x in bounds_of(self.cylinders)[[0, -1]])
+        return last if last - max(gears) > min(gears) - first else first
 
     @property
     def stations(self) -> tuple[float, ...]:
@@ -424,12 +482,7 @@ class Shaft:
     @cached_property
     def beam(self) -> Beam:
         """The finite elements of an elastic shaft, with nodes at all parts; ValueError without sections."""
-        if not self.sections:
-            raise ValueError(f"shaft {self.name!r} has no sections; pass sections=[(d, length), ...]")
-        toothed = dict(self._parts_of(Gear))
-        nodes = [*self.parts, *self.stations, self.end_position]
-        pieces = cylinders_of(self.cylinders, nodes, toothed, ELEMENT)
-        return beam_of(pieces, self.material, self.beside_sections)
+        return beam_through(self, ())
 
     @cached_property
     def twist(self) -> Coupling | None:
@@ -516,3 +569,13 @@ def blank(gear: Gear) -> Disc:
     """The body of a gear, by which `fem.Gear.mass` is told, as a disc."""
     check_rotor_mass(gear.mass)
     return Disc(gear.mass, gear.inertia, gear.transverse)
+
+
+def beam_through(shaft: Shaft, axial: Sequence[float]) -> Beam:
+    """The finite elements of an elastic shaft with further nodes at axial positions [m] on it; ValueError without."""
+    if not shaft.sections:
+        raise ValueError(f"shaft {shaft.name!r} has no sections; pass sections=[(d, length), ...]")
+    toothed = dict(shaft._parts_of(Gear))
+    nodes = [*shaft.parts, *shaft.stations, shaft.end_position, *axial]
+    pieces = cylinders_of(shaft.cylinders, nodes, toothed, ELEMENT)
+    return beam_of(pieces, shaft.material, shaft.beside_sections)

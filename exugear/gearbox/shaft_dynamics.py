@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import (
     dissipated_power,
     linear_part,
     potential,
     radial_motion,
     radial_part,
-    radial_points,
     radial_reaction,
     radial_secant,
     rolling_reaction,
@@ -63,7 +62,7 @@ class ShaftMotion:
 def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
     """(6,) displacement [m, rad] of a shaft's centre of mass on its bearings, and the radial forces of nonlinear ones.
 
-    forces   (6,) generalized forces on the centre of mass [N, N m]
+    forces   (6,) generalized forces on the centre of mass [N, N m], beside external forces and weight of the shaft
     free     numbers of the coordinates that move
 
     Nonlinear bearings have their secant stiffness under their forces [N], beyond the end of a table that at its end.
@@ -73,6 +72,7 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
     q, levers = np.zeros(6), {axial: axial - shaft.centre for axial in shaft.bearings}
     if not (shaft.bearings and free):
         return q, {}
+    forces = forces + shaft.constant_load
     rolling = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, RollingBearing)}
     if rolling:
         q[free] = _of_least_potential(shaft, forces[free], list(free))
@@ -124,7 +124,7 @@ def elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> tuple[np.
     at_bearings = [(elastic.at_bearing(axial)[:5], bearing) for axial, bearing in shaft.bearings.items()]
     bodies = [slice(6 * i, 6 * i + 6) for i in range(len(shaft.stations))]
     rigid, _ = static_displacement(shaft, np.sum([forces[body] for body in bodies], axis=0), range(5))
-    q, free = np.zeros(elastic.size), elastic.moving
+    q, free, forces = np.zeros(elastic.size), elastic.moving, forces + elastic.constant_load
     for body in bodies:
         q[body] = rigid
 
@@ -208,12 +208,17 @@ def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaf
 
 
 def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
-    """(n,) energy of all bearings and torque supports of a shaft [J], and of its own strain; 0 where it only spins."""
+    """(n,) energy of all bearings and torque supports of a shaft [J], and of its own strain; 0 where it only spins.
+
+    External forces and weight have their potential in it, which falls as they displace the shaft.
+    """
     energy = 0.5 * sum(support.torsion for support in shaft.torque_supports) * np.square(motion.spin, dtype=float)
     if motion.q is not None:
         for axial, bearing in shaft.bearings.items():
             at_bearing = motion.q @ _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5].T
             energy += strain_energy(bearing, 0.0, at_bearing)
+        load = motion.elastic.load_of_decoupled if motion.elastic else shaft.constant_load
+        energy -= motion.q @ load[: motion.q.shape[1]]
         if motion.elastic:
             energy += 0.5 * motion.q[:, 5:] ** 2 @ motion.elastic.stiffness
     if motion.elastic and motion.twists is not None:
@@ -262,6 +267,22 @@ def braking_torques(
         loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
     torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)
+
+
+def unbalance_torques(
+    shaft: Shaft, spin: np.ndarray, speed: np.ndarray, q_t: np.ndarray, elastic: ElasticShaft | None = None
+) -> np.ndarray:
+    """(n,) torque about z by which the unbalance of a shaft brakes it [N m].
+
+    spin, speed     (n,) about z [rad, rad/s]
+    q_t, elastic    as in `bearing_forces`
+    """
+    torque = np.zeros(spin.size)
+    for axial, unbalance in shaft.unbalances:
+        v_x, v_y = (q_t @ _motion_at(shaft, axial, q_t.shape[1], elastic)[:2].T).T
+        angle = spin + unbalance.angle
+        torque -= unbalance.moment * speed * (v_x * np.cos(angle) + v_y * np.sin(angle))
+    return torque
 
 
 def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Sections of a shaft: cylinders end to end from the axial position 0 on, and how gears add to mass and stiffness."""
+"""Sections of a shaft: cylinders end to end from an axial position on, and how gears add to mass and stiffness."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -17,11 +17,17 @@ LARGEST = 10.0
 
 
 class Section(NamedTuple):
-    """A hollow cylinder of a shaft: diameter, length and inner diameter [m]."""
+    """A hollow cylinder of a shaft: diameter, length, inner diameter and axial position of its begin [m]."""
 
     d: float
     length: float
     d_inner: float = 0.0
+    start: float = 0.0
+
+    @property
+    def end(self) -> float:
+        """Axial position of its end [m]."""
+        return self.start + self.length
 
 
 class Cylinder(NamedTuple):
@@ -37,7 +43,7 @@ class Cylinder(NamedTuple):
     d_stiff: float
 
 
-def sections_of(owner: str, values: object) -> tuple[Section, ...]:
+def sections_of(owner: str, values: object) -> tuple[tuple[float, ...], ...]:
     """Checked sections from (d, length) or (d, length, d_inner) each; ValueError names the section."""
     listed = isinstance(values, Sequence) and not isinstance(values, str) and len(values) > 0
     require(listed, f"sections of {owner} must be a list of (d, length) or (d, length, d_inner), got {text_of(values)}")
@@ -45,19 +51,29 @@ def sections_of(owner: str, values: object) -> tuple[Section, ...]:
     for number, value in enumerate(values):  # type: ignore[arg-type, var-annotated]
         name = f"section {number} of {owner}"
         try:
-            section = Section(*(float(x) for x in value))
+            d, length, *inner = (float(x) for x in value)
+            section = Section(d, length, *inner)
+            require(len(inner) < 2, "")
         except (TypeError, ValueError):
             raise ValueError(f"{name} must be (d, length) or (d, length, d_inner), got {text_of(value)}") from None
         sizes = f"got d {section.d:g}, length {section.length:g}, d_inner {section.d_inner:g} m; pass metres: 30*mm"
         fits = 0 <= section.d_inner < section.d < LARGEST and 0 < section.length < LARGEST
         require(fits, f"{name} needs d > d_inner >= 0 and length > 0, below {LARGEST:g} m, {sizes}")
-        sections.append(section)
+        sections.append((section.d, section.length, section.d_inner))
     return tuple(sections)
+
+
+def placed(sections: Sequence[Sequence[float]], start: float) -> tuple[Section, ...]:
+    """Sections end to end from an axial position [m] on."""
+    bounds = start + np.concatenate([[0.0], np.cumsum([section[1] for section in sections])])
+    return tuple(
+        Section(d, length, d_inner, float(z)) for (d, length, d_inner), z in zip(sections, bounds, strict=False)
+    )
 
 
 def bounds_of(sections: Sequence[Section]) -> np.ndarray:
     """(n + 1,) axial positions of the ends of n sections [m]."""
-    return np.concatenate([[0.0], np.cumsum([section.length for section in sections])])
+    return np.array([sections[0].start, *(section.end for section in sections)])
 
 
 def ring_on(sections: Sequence[Section], axial: float, gear: Gear, name: str) -> Disc:
@@ -65,10 +81,10 @@ def ring_on(sections: Sequence[Section], axial: float, gear: Gear, name: str) ->
 
     ValueError for a shaft as thick as the gear.
     """
-    d_mean, bounds = abs(gear.r_a + gear.r_f), bounds_of(sections)
+    d_mean = abs(gear.r_a + gear.r_f)
     total, inertia, transverse = cylinder(gear.material.density, gear.b, d_mean)
-    for section, start, end in zip(sections, bounds[:-1], bounds[1:], strict=True):
-        first, last = max(start, axial - gear.b / 2), min(end, axial + gear.b / 2)
+    for section in sections:
+        first, last = max(section.start, axial - gear.b / 2), min(section.end, axial + gear.b / 2)
         if last <= first:
             continue
         thick = f"section of {section.d / mm:g} mm at the gear of shaft {name!r} at {axial / mm:g} mm"
@@ -119,8 +135,10 @@ def _of_gear(d: float, from_middle: float, gear: Gear) -> float:
 
 def mass_of(sections: Sequence[Section], material: Material) -> list[tuple[float, Disc]]:
     """(axial position of the middle [m], body) of each section."""
-    bounds = bounds_of(sections)
     return [
-        (float(start + end) / 2, Disc(*cylinder(material.density, section.length, section.d, section.d_inner)))
-        for section, start, end in zip(sections, bounds[:-1], bounds[1:], strict=True)
+        (
+            (section.start + section.end) / 2,
+            Disc(*cylinder(material.density, section.length, section.d, section.d_inner)),
+        )
+        for section in sections
     ]

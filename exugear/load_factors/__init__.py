@@ -1,1 +1,1 @@
-"""Dynamic factors and dynamic stresses of runs."""
+"""Load distribution over the face, dynamic factors, dynamic stresses and bearing life."""

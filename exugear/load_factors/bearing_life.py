@@ -9,6 +9,7 @@ import xarray as xr
 
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing, pressures
+from exugear.operation.load_spectrum import LoadSpectrum
 from exugear.running.run_data import stage_data
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
@@ -21,12 +22,13 @@ MISSING = "run must hold bearing_displacement and bearing_tilt; run it on rollin
 
 
 @checked
-def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -> xr.Dataset:
+def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum | None = None) -> xr.Dataset:
     """Life and largest contact pressure of the rolling bearings of a gearbox along a run or over a duty cycle.
 
     run       `exugear.Run` with displacement=True, or its data; for a duty cycle a list of runs
     gearbox   of which they are
-    shares    (n_run,) shares of the runs in the time of the duty cycle; by default as long as each lasts
+    shares    (n_run,) shares of the runs in the time of the duty cycle, or the `LoadSpectrum` of which they are the
+              load cases; by default as long as each lasts
 
     Returns a Dataset over `bearing`:
 
@@ -45,6 +47,7 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | None = None) -
     data = [each if isinstance(each, xr.Dataset) else each.data for each in runs]
     require(all("bearing_tilt" in x and x.sizes["time"] > 1 for x in data), MISSING)
     durations = np.array([float(x["time"][-1] - x["time"][0]) for x in data])
+    shares = shares.shares if isinstance(shares, LoadSpectrum) else shares
     times = durations if shares is None else np.atleast_1d(np.asarray(shares, float))
     fits = times.shape == durations.shape and bool((times >= 0).all()) and bool(times.sum() > 0)
     require(fits, f"shares must be (n_run,) >= 0 with n_run = {len(runs)}, got {shares}")

@@ -24,7 +24,7 @@ from exugear.mesh_force.offset_interpolation import (
 from exugear.mesh_force.patches import (
     EDGE_SIZE,
     NODE_SIZE,
-    Jet,
+    along_phase,
     edge_at,
     load_cell,
     node_at,
@@ -87,24 +87,14 @@ def bends_of_edge(table, block, cell):
 
 
 @compiled
-def bend_along_phase(t, a, b):
-    """Second derivative of `patches.along_phase` per phase step."""
-    return Jet(
-        hermite_bend(t, a.value, a.by_phase, b.value, b.by_phase),
-        hermite_bend(t, a.by_u, a.by_phase_u, b.by_u, b.by_phase_u),
-        hermite_bend(t, a.by_uu, a.by_phase_uu, b.by_uu, b.by_phase_uu),
-    )
-
-
-@compiled
 def over_u(table, start, block, cell, load):
     """`SecondOrder` over u and the phase of a patch of the nodes that begin at start [bytes from the head]."""
     w = patch(table, start, block, cell, load)
     first, number, n = start_of(table) + start, table.penetration_steps + 1, table.phase_steps
     low, high = number * (block * n + cell.low) + load.low, number * (block * n + cell.high) + load.low
-    at_low = bend_along_phase(cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
+    at_low = along_phase(hermite_bend, cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
     low, high = low + 1, high + 1
-    at_high = bend_along_phase(cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
+    at_high = along_phase(hermite_bend, cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
     by_phases = table.steps_in_pitch * table.steps_in_pitch * quintic(load.share, at_low, at_high)[0]
     return SecondOrder(w.value, w.by_u, w.by_phase, w.by_uu, w.by_phase_u, by_phases)
 

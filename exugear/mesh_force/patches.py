@@ -108,28 +108,22 @@ def patch(table, start, block, phase, load):
     a, b = node_at(first + NODE_SIZE * (low + load.low)), node_at(first + NODE_SIZE * (high + load.low))
     c, d = node_at(first + NODE_SIZE * (low + load.high)), node_at(first + NODE_SIZE * (high + load.high))
     t, w, n, m = phase.share, load.share, table.steps_in_pitch, table.penetration_steps
-    value, first_u, second_u = quintic(w, along_phase(t, a, b), along_phase(t, c, d))
-    by_phase, by_phase_u, _ = quintic(w, slope_along_phase(t, a, b), slope_along_phase(t, c, d))
+    value, first_u, second_u = quintic(w, along_phase(hermite, t, a, b), along_phase(hermite, t, c, d))
+    slope_at_low, slope_at_high = along_phase(hermite_slope, t, a, b), along_phase(hermite_slope, t, c, d)
+    by_phase, by_phase_u, _ = quintic(w, slope_at_low, slope_at_high)
     return Patch(value, m * first_u, m * m * second_u, n * by_phase, n * m * by_phase_u)
 
 
 @compiled
-def along_phase(t, a, b):
-    """`Jet` at a position t between two nodes of neighbouring phases."""
-    return Jet(
-        hermite(t, a.value, a.by_phase, b.value, b.by_phase),
-        hermite(t, a.by_u, a.by_phase_u, b.by_u, b.by_phase_u),
-        hermite(t, a.by_uu, a.by_phase_uu, b.by_uu, b.by_phase_uu),
-    )
+def along_phase(curve, t, a, b):
+    """`Jet` at a position t between two nodes of neighbouring phases, or its derivatives per phase step.
 
-
-@compiled
-def slope_along_phase(t, a, b):
-    """Slope of `along_phase` per phase step."""
+    curve   `hermite`, its slope or its second derivative
+    """
     return Jet(
-        hermite_slope(t, a.value, a.by_phase, b.value, b.by_phase),
-        hermite_slope(t, a.by_u, a.by_phase_u, b.by_u, b.by_phase_u),
-        hermite_slope(t, a.by_uu, a.by_phase_uu, b.by_uu, b.by_phase_uu),
+        curve(t, a.value, a.by_phase, b.value, b.by_phase),
+        curve(t, a.by_u, a.by_phase_u, b.by_u, b.by_phase_u),
+        curve(t, a.by_uu, a.by_phase_uu, b.by_uu, b.by_phase_uu),
     )
 
 

@@ -6,9 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import tangent_stiffness
+from exugear.gearbox.housing import seat_number
+from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.shaft import Shaft
 from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.exudyn_objects import INITIAL
+from exugear.multibody.housing import coupling_of, seat_rows
 from exugear.multibody.model import Model
 from exugear.multibody.planet_pins import pin_matrices
 from fem.units import mm
@@ -37,7 +42,7 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             yield ElasticElement(f"{shaft.name} torque support", "coupling", embedded(torsion, [spin], q.size))
         if built := model.elastics.get(shaft.name):
             yield ElasticElement(f"{shaft.name} shaft", "shaft", _over(built, built.elastic.stiffness_matrix, q.size))
-            for axial, bearing in shaft.bearings.items():
+            for axial, bearing in _beside_housing(model, shaft).items():
                 rows = built.elastic.at_bearing(axial)
                 matrix = tangent_stiffness(bearing, 0.0, rows @ q[built.indices])
                 name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
@@ -46,7 +51,7 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             part, components = np.arange(spin - kind.spin_index, spin + 1), np.ix_(kind.components, kind.components)
             displacement = np.zeros(6)
             displacement[kind.components] = q[part]
-            for axial, bearing in shaft.bearings.items():
+            for axial, bearing in _beside_housing(model, shaft).items():
                 matrix = tangent_stiffness(bearing, axial - shaft.centre, displacement)
                 name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
                 yield ElasticElement(name, "bearing", embedded(matrix[components], part, q.size))
@@ -57,6 +62,27 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             spring = rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
             ends = [model.turning[rotor.body], model.turning[rotor.name]]
             yield ElasticElement(rotor.spring, "coupling", embedded(spring, ends, q.size))
+    yield from on_housing(model)
+
+
+def on_housing(model: Model) -> Iterator[ElasticElement]:
+    """The bearings on the seats of a housing, and the housing."""
+    coupling = coupling_of(model.gearbox, model.scene)
+    if coupling is None:
+        return
+    rows = seat_rows(model.gearbox, model.scene, coupling, model.spins, model.elastics, model.mbs.systemData.ODE2Size())
+    against = coupling.against_seats @ rows
+    for i, (name, axial) in enumerate(coupling.housing.seats):
+        part = slice(6 * i, 6 * i + 6)
+        matrix = against[part].T @ coupling.bearings[part, part] @ against[part]
+        yield ElasticElement(f"{name} bearing at {axial / mm:.4g} mm", "bearing", matrix)
+    yield ElasticElement("housing", "housing", rows.T @ coupling.of_housing @ rows)
+
+
+def _beside_housing(model: Model, shaft: Shaft) -> dict[float, Bearing | RollingBearing]:
+    """The bearings of a shaft that stand on ground."""
+    housing = model.gearbox.housing
+    return {x: bearing for x, bearing in shaft.bearings.items() if seat_number(housing, shaft.name, x) is None}
 
 
 def _over(built: BuiltShaft, matrix: np.ndarray, n: int) -> np.ndarray:

@@ -20,6 +20,7 @@ from exugear.contact.reference_configuration import (
     spatial_row,
 )
 from exugear.contact.rotation import SPIN
+from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox, anchors_of
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
@@ -37,10 +38,12 @@ from exugear.multibody.elastic_rings import (
 from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
+from exugear.multibody.housing import add_housing
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
 from exugear.multibody.planet_pins import Pin, add_pin, pin_of
+from exugear.multibody.unbalance import add_unbalance
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.plan import Plan
@@ -92,6 +95,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         name: add_elastic_shaft(mbs, elastic, of_gears[name], rotors.get(elastic.shaft.end_name))
         for name, elastic in scene.elastic.items()
     }
+    add_housing(mbs, gearbox, scene, bodies, elastics)
     end_markers = {
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
@@ -282,6 +286,9 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
     else:
         add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
+        for axial, unbalance in shaft.unbalances:
+            rows = rigid_motion(axial - shaft.centre)[:2]
+            add_unbalance(mbs, [node_of(mbs, body)], rows, coordinates.spin_index, unbalance)
     return body
 
 

@@ -6,16 +6,16 @@ kernels read records.
 
 from collections.abc import Mapping
 from functools import cache
+from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
 from numba import carray
 
-from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import (
     linear_part,
     radial_motion,
-    radial_points,
     radial_potential,
     radial_reaction,
     tangent_stiffness,
@@ -49,13 +49,15 @@ drag_at, drags_at = reader(DRAG), reader(DRAGS)
 
 
 def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
-    """Add the bearings of a shaft to the node of its body."""
+    """Add the bearings of a shaft, with the external forces and the weight that they carry, to the node of its body."""
     stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
     for axial, bearing in shaft.bearings.items():
         k = linear_part(bearing, axial - shaft.centre)
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     part = np.ix_(coordinates.components, coordinates.components)
-    items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
+    matrices: dict[str, Any] = {"stiffnessMatrix": stiffness[part], "dampingMatrix": damping[part]}
+    load = shaft.constant_load[coordinates.components]
+    items = [eii.ObjectGenericODE2(nodeNumbers=[node], forceVector=load, **matrices)]
     for axial, bearing in shaft.bearings.items():
         if isinstance(bearing, RollingBearing):
             items.append(add_rolling_bearing(mbs, node, bearing, axial - shaft.centre))

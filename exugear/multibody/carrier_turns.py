@@ -27,9 +27,9 @@ def turning_sets(model: BuiltSystem) -> Iterator[TurningSet]:
     """The carriers of planets on pins with what turns with them."""
     box = model.gearbox
     for name in sorted(box.carriers_of_pins):
-        own = [stage for stage in box.stages if stage.carrier and stage.carrier.name == name]
-        names = {shaft.name for stage in own for shaft in stage.shafts if shaft.name not in box.planets}
-        beside = {shaft.name for stage in box.stages if stage not in own for shaft in stage.shafts}
+        on_carrier = [stage for stage in box.stages if stage.carrier and stage.carrier.name == name]
+        names = {shaft.name for stage in on_carrier for shaft in stage.shafts if shaft.name not in box.planets}
+        beside = {shaft.name for stage in box.stages if stage not in on_carrier for shaft in stage.shafts}
         members = [x for x in sorted(names - beside) if model.scene.shafts[x].on_bearings]
         yield TurningSet(box.ends[name], [pin for pin in model.pins if pin.carrier.name == name], members)
 

@@ -213,7 +213,7 @@ def entry_of(kernel, number: int, n: int) -> int:
 def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
     """`ASSEMBLY` for a kernel of n coordinates."""
     cpp = ctypes.CDLL("libstdc++.so.6")
-    targets = {
+    symbols = {
         "kernel": entry,
         "new": code_address(cpp._Znwm),
         "delete": code_address(cpp._ZdlPv),
@@ -232,7 +232,7 @@ def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
         loads="\n  ".join(loads),
         addresses=", ".join(f"i64 {address}" for address in addresses),
         state=", ".join(f"double %{x}.{i}" for x in "qv" for i in range(n)),
-        **{name: f"inttoptr (i64 {address} to ptr)" for name, address in targets.items()},
+        **{name: f"inttoptr (i64 {address} to ptr)" for name, address in symbols.items()},
     )
 
 

@@ -3,9 +3,13 @@
 A drive has two modes. In static solves, between runs, and beside items of the user or a drag on a held shaft, the
 constraints `Model.drives` impose the angles; those of free shafts are inactive. Else, while a run is solved, an imposed
 angle is a known function of time that the contacts of the held shaft evaluate, or the coupling behind its rotor, with
-no algebraic equation and no function in Python. In this mode neither the constraints nor the load of the model are in
-the system, as an inactive constraint costs a step 1.3 times its time, a load of 0 1.1 times. Afterwards they are back
-under their numbers.
+no algebraic equation and no function in Python.
+
+In this mode neither the constraints nor the load of the model are in the system. Exudyn has no connector that changes
+between an algebraic equation and none: an inactive constraint keeps its multiplier as an unknown, and a load of 0 is
+evaluated. A step takes 1.45 times its time with both (`tests/benchmarks/benchmark_drive.py`: 0.2 us for the constraint,
+0.1 us for the load). `applied` is the only door: within it the constraints and the load may be missing, after it they
+are back under their numbers.
 """
 
 from collections.abc import Iterator
@@ -71,17 +75,17 @@ class DriveAndLoad:
 
     torques       tabulated torques and recorded motions
     constrained   whether the constraint stays while the run is solved
-    outside       constraints and load while they are not in the system
+    removed       constraints and load while they are not in the system
     """
 
     model: Model
     conditions: Conditions
     torques: ShaftTorques = field(default_factory=dict)
     constrained: bool = field(init=False)
-    outside: list[dict[str, Any]] = field(default_factory=list)
+    removed: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self):
-        braked = any(held.end_rotor is None and held.drags for held in self.held)
+        braked = any(held.end_rotor is None and (held.drags or held.unbalances) for held in self.held)
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
         twists = any(held.end_rotor is None and held.name in self.model.elastics for held in self.held)
         self.constrained = braked or added or twists or self._observed()
@@ -120,7 +124,7 @@ class DriveAndLoad:
         if self.constrained:
             self._impose_by_constraints(symbolic=True)
         else:
-            self._take_out()
+            self._remove_constraints_and_load()
             self._impose_as_functions_of_time()
         assemble_in_state(self.model)
 
@@ -137,11 +141,7 @@ class DriveAndLoad:
         for held in [shaft for shaft in self.held if shaft.end_rotor and known]:
             _delete(mbs, COUPLING.format(held.name))
             self._set_spring(held, True)
-        if self.outside:
-            *constraints, load = self.outside
-            for constraint in constraints:
-                mbs.AddObject(constraint)
-            mbs.AddLoad(load)
+        self._restore_constraints_and_load()
         self.hold()
         self._impose_by_constraints(symbolic=False)
         for end in self.conditions.ends:
@@ -164,14 +164,23 @@ class DriveAndLoad:
         for drive in drives[len(imposed) :]:
             mbs.SetObjectParameter(drive, "activeConnector", False)
 
-    def _take_out(self) -> None:
-        """Take constraints and load out of the system."""
+    def _remove_constraints_and_load(self) -> None:
+        """Remove the constraints and the load of the model from the system, whose steps they would slow down."""
         mbs, model = self.model.mbs, self.model
         drives = sorted(model.drives, key=int)
-        self.outside = [*(mbs.GetObject(drive) for drive in drives), mbs.GetLoad(model.load)]
+        self.removed = [*(mbs.GetObject(drive) for drive in drives), mbs.GetLoad(model.load)]
         for drive in reversed(drives):
             mbs.DeleteObject(drive, deleteDependentItems=False, suppressWarnings=True)
         mbs.DeleteLoad(model.load, deleteDependentMarkers=False, suppressWarnings=True)
+
+    def _restore_constraints_and_load(self) -> None:
+        """Add what was removed, in its order, so that it has its numbers again."""
+        if not self.removed:
+            return
+        *constraints, load = self.removed
+        for constraint in constraints:
+            self.model.mbs.AddObject(constraint)
+        self.model.mbs.AddLoad(load)
 
     def _impose_as_functions_of_time(self) -> None:
         """Let the couplings of held rotors, or the contacts of held shafts, evaluate their imposed motions.
@@ -340,9 +349,9 @@ def restored(model: Model) -> Iterator[None]:
 
 
 def set_holding_forces(model: Model, torques: np.ndarray) -> None:
-    """Mesh forces that balance torques about z (n_shaft,) [N m], by which contacts correct their damping."""
+    """Mesh forces that balance torques about z (n_shaft,) [N m] and loads, by which contacts correct their damping."""
     for mesh in model.meshes:
-        state_of(model.mbs, mesh.contact).holding_force = float(mesh.force_per_torque @ torques)
+        state_of(model.mbs, mesh.contact).holding_force = float(mesh.force_per_torque @ torques) + mesh.force_by_loads
 
 
 def _delete(mbs, name: str) -> None:

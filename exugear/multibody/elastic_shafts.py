@@ -35,6 +35,7 @@ from exugear.mesh_force.kernel_records import (
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
+from exugear.multibody.unbalance import add_unbalance
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.rolling_bearings.law import law_at, law_record, reaction
 from fem.support.numba_cache import compiled, kept
@@ -157,6 +158,8 @@ def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], e
             _add_rolling_bearing(mbs, nodes, rows, bearing)
         elif not bearing.linear:
             _add_bearing(mbs, nodes, rows, bearing)
+    for axial, unbalance in elastic.shaft.unbalances if elastic.spatial else ():
+        add_unbalance(mbs, nodes, elastic.at_bearing(axial)[:2], int(elastic.turning[0]), unbalance)
     return replace(built, number=number)
 
 
@@ -182,8 +185,9 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
         k = rows.T @ linear_part(bearing, 0.0) @ rows
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     matrices = built.mass_beside(held=False), stiffness, damping, polar
-    spin = int(elastic.turning[0])
-    return add_matrices(mbs, f"{elastic.shaft.name} shaft", nodes, matrices, (spin, elastic.amplitude_rows), recorder)
+    measured_by = int(elastic.turning[0]), elastic.amplitude_rows
+    name, load = f"{elastic.shaft.name} shaft", elastic.constant_load
+    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, load)
 
 
 def add_matrices(
@@ -193,11 +197,13 @@ def add_matrices(
     matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     measured_by: tuple[int, np.ndarray],
     recorder: BodyRecorder,
+    load: np.ndarray | None = None,
 ) -> int:
     """Add an object with constant matrices on nodes, which records amplitudes; returns its number.
 
     matrices      mass, stiffness, damping, and gyroscopic moments per speed, (n, n)
     measured_by   index of the coordinate whose rate is that speed, and rows (m, n) of the amplitudes
+    load          (n,) constant forces
     """
     (mass, stiffness, damping, polar), (spin, rows), n = matrices, measured_by, len(matrices[0])
     room = np.zeros(2 * n), np.zeros(n)
@@ -222,6 +228,7 @@ def add_matrices(
         massMatrix=mass,
         stiffnessMatrix=stiffness,
         dampingMatrix=damping,
+        forceVector=np.zeros(n) if load is None else load,
         forceUserFunction=function,
         jacobianUserFunction=elastic_jacobian,
     )

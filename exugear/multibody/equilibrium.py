@@ -9,8 +9,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from exugear.contact.reference_configuration import is_spatial, state_at_coordinates
-from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.bearing_law import radial_points
+from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import elastic_displacement, static_displacement
@@ -23,6 +22,7 @@ from exugear.multibody.model import (
     Mesh,
     Model,
     by_shaft,
+    constant_loads,
     end_coordinate,
     gear_spin,
     held_by_joints,
@@ -180,7 +180,7 @@ def _shared_among_planets(
     torques = _torques_at_start(model, conditions, motion_of(model, accelerations))
     applied = conditions.initial_torques + conditions.initial_drags
     forces = forces_of_motion(box, applied, accelerations, conditions.anchors)
-    loads = np.zeros(q.size)
+    loads = constant_loads(model)
     for end in conditions.ends:
         loads[model.turning[end.body]] += conditions.initial_torque(end)
     for index, torque in torques.items():

@@ -161,7 +161,7 @@ def add_contact(
     """
     contacts = contacts_of(mbs)
     shared = [i for i, contact in contacts.items() if contact.recorder is recorder]
-    remedy = "pass each contact a recorder of its own"
+    remedy = "each contact needs a separate Recorder"
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     nodes = [*(node_of(mbs, item) for item in items), *([ring.node] if ring else [])]
     kinds = tuple(kind_of(mbs, item) for item in items)

@@ -97,13 +97,15 @@ def _contact_between(mbs, items) -> tuple[int, StoredContact]:
 
 def _check_alike(contact: StoredContact, frame: np.record, table: np.record, number: int) -> None:
     """ValueError unless a contact frame and a table of the mesh force are those of a contact, by its number."""
-    own_table, own_frame, *_ = contact.records
+    contact_table, contact_frame, *_ = contact.records
     for name in ("phase", "direction"):
-        alike = f"{name} must be {own_frame[name]:g} as that of gear contact {number}, got {frame[name]:g}; {INSTEAD}"
-        require(bool(frame[name] == own_frame[name]), alike)
+        alike = (
+            f"{name} must be {contact_frame[name]:g} as that of gear contact {number}, got {frame[name]:g}; {INSTEAD}"
+        )
+        require(bool(frame[name] == contact_frame[name]), alike)
     unlike = f"localPositions and localAxes must be those of gear contact {number}; {INSTEAD}"
-    require(frame.tobytes() == own_frame.tobytes(), unlike)
-    require(table.tobytes() == own_table.tobytes(), f"force must be that of gear contact {number}; {INSTEAD}")
+    require(frame.tobytes() == contact_frame.tobytes(), unlike)
+    require(table.tobytes() == contact_table.tobytes(), f"force must be that of gear contact {number}; {INSTEAD}")
 
 
 extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)

@@ -71,6 +71,8 @@ class Mesh(BuiltMesh):
                                0 for a shaft with nonlinear bearings
     force_per_torque           (n_shaft,) mesh force that balances a torque about z on each shaft, the bearings not yet
                                displaced [1/m]
+    force_by_loads             mesh force that balances external forces and weight of both shafts [N]; 0 for a shaft
+                               with nonlinear bearings
     free_system                the linear system in which the mesh is a spring between free coordinates, the other
                                meshes at their mean stiffness
     """
@@ -78,6 +80,7 @@ class Mesh(BuiltMesh):
     mobility: float
     acceleration_by_bearings: np.ndarray
     force_per_torque: np.ndarray
+    force_by_loads: float
     free_system: FreeSystem
 
 
@@ -298,6 +301,7 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
     orbits = built.stage.carrier is not None and built.stage.carrier.name in system.gearbox.carriers_of_pins
     mobility = float(train.rows[i] @ accelerations)
     forces_on_bodies, by_bearings, holding = per_torque.T @ train.rows, np.zeros((2, 6)), per_torque[i]
+    constant, by_loads = constant_loads(system), 0.0
     for by_displacement, shaft in zip(by_bearings, (built.stage.fast, built.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()) and not orbits:
             components = system.scene.shafts[shaft.name].components[:-1]
@@ -305,6 +309,7 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
             displacements = slice(spin - len(components), spin)
             by_displacement[components] = on_body(system, built.stage, shaft, train.stiffness @ accelerations)
             holding = holding - forces_on_bodies[:, displacements] @ accelerations[displacements] / mobility
+            by_loads += float(accelerations[displacements] @ on_body(system, built.stage, shaft, constant)) / mobility
     if built.stage.slow.name in system.rings:
         amplitudes = system.rings[built.stage.slow.name].indices
         holding = holding - forces_on_bodies[:, amplitudes] @ accelerations[amplitudes] / mobility
@@ -314,8 +319,21 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
         mobility=mobility,
         acceleration_by_bearings=by_bearings.ravel(),
         force_per_torque=holding,
+        force_by_loads=by_loads,
         free_system=train.around(i, held),
     )
+
+
+def constant_loads(system: BuiltSystem) -> np.ndarray:
+    """(n_coordinates,) external forces and weight of the shafts on their bearings."""
+    loads = np.zeros(system.mbs.systemData.ODE2Size())
+    for shaft in system.gearbox.shafts:
+        kind, built = system.scene.shafts[shaft.name], system.elastics.get(shaft.name)
+        if built:
+            loads[built.indices] += built.elastic.constant_load
+        elif kind.on_bearings and shaft.is_loaded:
+            loads[moving_of(system, shaft.name)] += shaft.constant_load[kind.components[:-1]]
+    return loads
 
 
 def gear_spin(system: BuiltSystem, stage: Stage, shaft: Shaft) -> int:

@@ -6,10 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
-from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
+from exugear.gearbox.shaft_dynamics import (
+    bearing_displacements,
+    bearing_forces,
+    braking_torques,
+    unbalance_torques,
+)
 from exugear.multibody.drive_and_load import ShaftTorques
+from exugear.multibody.housing import coupling_of, forces_on_seats, seat_motions
 from exugear.multibody.model import Model, is_first
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
@@ -19,7 +26,7 @@ from fem.units import mm
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
     """Whether meshes must record spins and speeds: for drags and torque supports, or as no imposed speed gives them."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
-    braked = any(shaft.drags or shaft.torque_supports for shaft in model.gearbox.shafts)
+    braked = any(shaft.drags or shaft.torque_supports or shaft.unbalances for shaft in model.gearbox.shafts)
     braked = braked or any(mesh.frame.fixed.any() for mesh in model.meshes)
     behind_couplings = any(name in model.rotors for name in conditions.held)
     return conditions.power or not conditions.prescribed or behind_couplings or stops or braked
@@ -132,6 +139,15 @@ class BearingForces:
             first, last = last, last + len(shaft.bearings)
             elastic = self.model.scene.elastic.get(shaft.name)
             bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new], elastic)
+        if coupling := coupling_of(self.model.gearbox, self.model.scene):
+            motions = {
+                name: (shaft, q[new], q_t[new]) for name, (shaft, q, q_t) in motions_on_bearings(self.model).items()
+            }
+            forces = forces_on_seats(coupling, *seat_motions(coupling, motions, self.model.scene))
+            bearings = [(name, axial) for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
+            for row, bearing in enumerate(bearings):
+                if (seat := seat_number(coupling.housing, *bearing)) is not None:
+                    self.values[row, :, new] = forces[6 * seat : 6 * seat + 3]
         self.computed = number
 
     def variables(self, number: int, displacement: bool) -> dict[str, Any]:
@@ -187,6 +203,15 @@ def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
     _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
     return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion, model.scene.elastic.get(shaft.name))
+
+
+def _unbalance_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of the unbalance of a shaft in its sense of motion [N m]; 0 on ideal joints."""
+    direction = model.gearbox.directions[shaft.name]
+    spin, speed = (direction * recorded(model, x)[shaft.name] for x in ("spin", "speed"))
+    _, _, rates = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
+    elastic = model.scene.elastic.get(shaft.name)
+    return np.zeros(spin.size) if rates is None else direction * unbalance_torques(shaft, spin, speed, rates, elastic)
 
 
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
@@ -264,6 +289,8 @@ def imposed_torque(
         np.subtract(model.gearbox.body_inertias[shaft.name] * acceleration, torque, out=torque)
         if shaft.drags:
             torque += _drag_torque(model, shaft)
+        if shaft.unbalances:
+            torque -= _unbalance_torque(model, shaft)
     torque *= conditions.imposed[number].sense
     return torque
 

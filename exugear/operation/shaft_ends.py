@@ -6,7 +6,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from exugear.operation.time_functions import check_time_function
-from fem.support.arguments import Numbers, checked
+from fem.support.arguments import FilePath, Numbers, checked
+from fem.support.tables import read_table
 from fem.support.validation import increasing, numbers, require, require_finite
 
 #: Number of values that an attribute of a netCDF file holds with certainty: HDF5 ends at 64 kB.
@@ -101,6 +102,18 @@ class MotorCurve:
 
     def __repr__(self) -> str:
         return f"MotorCurve({len(self.speed)} speeds up to {self.speed[-1]:g} rad/s)"
+
+    @classmethod
+    @checked
+    def from_table(cls, path: FilePath) -> "MotorCurve":
+        """A characteristic by a table: text file (CSV, or separated by blanks) under speed [rpm], torque [N m].
+
+        Lines stand in any order; other units are converted. Raises FileNotFoundError, and ValueError for a unit that is
+        missing or unknown, NaN, a missing column, a second header and speeds given twice, with the line of the file.
+        """
+        table = read_table(path, {"speed": "rad/s", "torque": "N m"}, key=["speed"])
+        order = np.argsort(table["speed"])
+        return cls(table["speed"][order], table["torque"][order])
 
     @property
     def as_torque(self) -> Torque:

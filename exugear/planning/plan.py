@@ -8,6 +8,7 @@ import numpy as np
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.housing import seat_label, seat_number
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
@@ -53,6 +54,7 @@ class Plan:
     set_stages  labels of the stages on each carrier, by its name
     elastic     elastic shafts by their names, with the coordinates that they need
     flexible    reason for these coordinates or for none, by shaft with sections
+    housing     what of a housing the run takes, and what it leaves out; empty without a housing
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -70,6 +72,7 @@ class Plan:
     set_stages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     elastic: Mapping[str, ElasticShaft] = field(default_factory=dict)
     flexible: Mapping[str, str] = field(default_factory=dict)
+    housing: str = ""
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -100,6 +103,7 @@ class Plan:
         lines = [f"{name}: {self._coordinates(name)} ({self.why[name]})" for name in self.shafts]
         lines += [f"planetary set on {carrier}: {text}" for carrier, text in self.sets.items()]
         lines += [f"{name}: {text}" for name, text in self.flexible.items()]
+        lines += [f"housing: {self.housing}"] if self.housing else []
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
         lines += [f"{name}: {text}" for texts in (self.bearings, self.losses) for name, text in texts.items()]
@@ -168,7 +172,7 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     of_sets = words_of_sets(gearbox, shafts), stages_of_sets(gearbox)
     rolling = words_on_rolling_bearings(gearbox, shafts, torques)
     beside = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, rolling
-    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible)
+    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible, _housing(gearbox, shafts))
 
 
 def _undamped(gearbox: Gearbox) -> bool:
@@ -176,6 +180,24 @@ def _undamped(gearbox: Gearbox) -> bool:
     damping = [rotor.coupling.damping for shaft in gearbox.shafts for rotor in shaft.rotors]
     damping += [bearing.damping_time for shaft in gearbox.shafts for bearing in shaft.bearings.values()]
     return not any([*damping, *(stage.force.damping for stage in gearbox.stages)])
+
+
+def _housing(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> str:
+    """What of the housing a run takes, in words."""
+    if gearbox.housing is None:
+        return ""
+    seats = gearbox.housing.seats
+    yielding = [seat for seat in seats if shafts[seat[0]].on_bearings]
+    text = f"static stiffness between {len(yielding)} seats, whose bearings yield with them"
+    mass = "; its mass is left out, so that it has no vibrations of its own" if gearbox.housing.mass is not None else ""
+    ground = [
+        seat_label((shaft.name, axial))
+        for shaft in gearbox.shafts
+        for axial in shaft.bearings
+        if seat_number(gearbox.housing, shaft.name, axial) is None
+    ]
+    on_ground = f"; bearings {', '.join(ground)} stand on ground" if ground else ""
+    return f"{text}{mass}{on_ground}"
 
 
 def _damping(gearbox: Gearbox) -> dict[str, str]:
@@ -258,8 +280,10 @@ def _cause_of_tilt(gearbox: Gearbox, shaft: Shaft) -> str:
         "its map has a misalignment axis": any("misalignment" in law.offsets for law in laws),
         "its mass lies beside its gear or planets": abs(shaft.centre - gear_position) > ROUNDING,
         "its bearings do not lie symmetrically about its gear or planets": _bearings_couple_tilt(shaft, gear_position),
+        "forces, unbalance or its weight act on it": shaft.is_loaded,
         "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
         "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
+        "its seats in the housing yield": gearbox.housing is not None and shaft.name in dict(gearbox.housing.seats),
     }
     return next((cause for cause, holds in causes.items() if holds), "")
 

@@ -24,14 +24,14 @@ def words_on_rolling_bearings(
     gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
 ) -> dict[str, str]:
     """What to say of the rolling bearings of each shaft that has some, under loads [N m] by their names."""
-    with_some = [shaft for shaft in gearbox.shafts if _rolling(shaft) and shafts[shaft.name].on_bearings]
-    push = push_on_shafts(gearbox, loads) if with_some else {}
+    on_rolling_bearings = [shaft for shaft in gearbox.shafts if _rolling(shaft) and shafts[shaft.name].on_bearings]
+    push = push_on_shafts(gearbox, loads) if on_rolling_bearings else {}
     return {
         shaft.name: "; ".join([
             f"rolling bearings, under {words_of(gearbox, loads)} {_range(shaft, push[shaft.name])}",
             *_estimates(shaft),
         ])
-        for shaft in with_some
+        for shaft in on_rolling_bearings
     }  # fmt: skip
 
 

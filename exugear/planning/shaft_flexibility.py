@@ -158,7 +158,7 @@ def _chosen(gearbox: Gearbox, shaft: Shaft, shafts: Mapping[str, Coordinates]) -
 
     rigid = errors_of(rigid_shaft(shaft))
     several = len(shaft.stations) > 1
-    if rigid.small and not several and _end_turns_slowly(shaft):
+    if rigid.small and not several and not shaft.is_loaded and _end_turns_slowly(shaft):
         return None, f"rigid but for the twist towards its end: errors beside finite elements {rigid}"
     if spatial:
         _check_loads_known(shaft)

@@ -7,6 +7,7 @@ from exugear.plots.diagnosis_plots import (
     plot_envelope_spectrum,
     plot_synchronous_average,
 )
+from exugear.plots.face_plots import plot_bearing_loads, plot_line_load, plot_shaft_deflection
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.gearbox_drawing import plot_gearbox
@@ -39,6 +40,7 @@ __all__ = [
     "figure",
     "flank_drawing",
     "plot_bearing_forces",
+    "plot_bearing_loads",
     "plot_branches",
     "plot_campbell",
     "plot_condition_indicators",
@@ -54,6 +56,7 @@ __all__ = [
     "plot_gears",
     "plot_landscape",
     "plot_levels",
+    "plot_line_load",
     "plot_load_distribution",
     "plot_load_factors",
     "plot_load_sharing",
@@ -75,6 +78,7 @@ __all__ = [
     "plot_root_stress",
     "plot_run_up",
     "plot_section",
+    "plot_shaft_deflection",
     "plot_side_bands",
     "plot_solid",
     "plot_spectrogram",

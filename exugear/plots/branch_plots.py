@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, axes_or_new, legend, load_of, merged, styled
+from exugear.plots.figures import DISTINCT, axes_or_new, check_result, legend, load_of, merged, styled
 from exugear.signals.envelope import dte_envelope
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -43,7 +43,7 @@ def plot_branches(
     stage      number or label of the stage of the run
     style      of matplotlib's plot, for all branches
     """
-    require("bifurcation" in data, "data lacks bifurcation; pass what exugear.steady_states(...) returned")
+    check_result("data", data, ("bifurcation",), "exugear.steady_states(...)")
     require("stage" not in data.dims, f"data must be of a single stage, got {data.sizes}; take data.isel(stage=0)")
     require(quantity in QUANTITIES, f"quantity must be one of {list(QUANTITIES)}, got {quantity!r}")
     orders = data["harmonic"].values.tolist()

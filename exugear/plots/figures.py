@@ -1,6 +1,6 @@
 """Figures, axes and legends of plots in one style, with colours that the colour-blind tell apart."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from textwrap import fill
 from typing import Any, TypeVar, cast
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fem.support.arguments import checked
+from fem.support.validation import require
 
 Plot = TypeVar("Plot", bound=Callable)
 #: Blue, orange, green, vermilion, purple: distinct for the colour-blind. Source: Okabe and Ito, Color universal design.
@@ -85,6 +86,12 @@ def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Fi
 def merged(style: dict[str, Any], artist: type[Artist] = Line2D, **defaults) -> dict[str, Any]:
     """Properties of an artist: the defaults, replaced by the user's style, in which matplotlib's short names count."""
     return defaults | normalize_kwargs(style, artist)
+
+
+def check_result(argument: str, data: xr.Dataset, names: Sequence[str], source: str) -> None:
+    """ValueError unless a data set has variables of these names, as the function that returns it gives them."""
+    known = set(names) <= set(data.variables)
+    require(known, f"{argument} must have {' and '.join(names)}; pass what {source} returned")
 
 
 def legend(ax: Axes, **options) -> None:

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
@@ -9,6 +10,7 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Coupling, Shaft, TorqueSupport
+from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.ring_pair import Ring
 from exugear.plots.figures import axes_or_new, merged, styled
@@ -19,6 +21,7 @@ from fem.units import mm
 __all__ = ["plot_gearbox"]
 
 BODY, TOOTH, SHAFT, BEARING, LINE = "#c9d3dc", "#8aa1b4", "#e4e8ec", "#ffffff", "0.2"
+FORCE = "#b3261e"
 #: Diameter of a shaft whose sections are not known, as share of its smallest gear, and its overhang [gear widths].
 NOMINAL, OVERHANG = 0.35, 0.3
 #: Height of a bearing over the shaft's diameter, and its width over that height, where its size is not known.
@@ -40,7 +43,8 @@ def plot_gearbox(gearbox: Gearbox, ax: Axes | None = None, **style) -> Axes:
     """Side view of a gearbox to scale, its shafts unfolded into the plane of the drawing.
 
     Mates lie at their centre distance; of a planetary set one planet is drawn. Gears have their tip and root circles,
-    bearings are crossed out, shafts without sections have a nominal diameter, as dashed lines show.
+    bearings are crossed out, arrows show external forces. Shafts without sections have a nominal diameter, as dashed
+    lines show.
 
     style   of all bodies: matplotlib's edgecolor, linewidth, hatch, …
     """
@@ -61,9 +65,9 @@ def _name(ax: Axes, shafts: list[Shaft], heights: dict[str, float]) -> None:
     """Names with numbers of teeth beside the drawing; those of shafts on one axis below each other."""
     for height in sorted({*heights.values()}):
         names = [_label(shaft) for shaft in shafts if heights[shaft.name] == height]
-        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+        position: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
         text = "\n".join(names)
-        ax.annotate(text, (0.0, height / mm), (-6, 0), ha="right", va="center", annotation_clip=False, **place)
+        ax.annotate(text, (0.0, height / mm), (-6, 0), ha="right", va="center", annotation_clip=False, **position)
 
 
 def _label(shaft: Shaft) -> str:
@@ -83,21 +87,21 @@ def unfolded(gearbox: Gearbox) -> dict[str, float]:
             left.remove(stage)
             if stage.carrier is not None and not _shows_planet(gearbox, stage):
                 continue
-            known, other = stage.fast.name, stage.slow.name
+            known, mate = stage.fast.name, stage.slow.name
             if known not in heights:
-                known, other = other, known
-            heights.setdefault(other, heights[known] - _apart(gearbox, known, other, stage.pair.a))
+                known, mate = mate, known
+            heights.setdefault(mate, heights[known] - _apart(gearbox, known, mate, stage.pair.a))
             if stage.carrier is not None:
                 sun = next(name for name in (stage.fast.name, stage.slow.name) if name not in gearbox.planets)
                 heights.setdefault(stage.carrier.name, heights[sun])
     return heights
 
 
-def _apart(gearbox: Gearbox, known: str, other: str, a: float) -> float:
+def _apart(gearbox: Gearbox, known: str, mate: str, a: float) -> float:
     """Distance below a known shaft [m]: planets lie above the axis of their set, where their ring and sun lie."""
     if known in gearbox.planets:
         return abs(a)
-    return -abs(a) if other in gearbox.planets else abs(a)
+    return -abs(a) if mate in gearbox.planets else abs(a)
 
 
 def _shows_planet(gearbox: Gearbox, stage: Stage) -> bool:
@@ -113,7 +117,9 @@ def _draw_shaft(ax: Axes, shaft: Shaft, height: float, style: dict[str, Any]) ->
         if isinstance(part, Gear):
             _draw_gear(ax, part, axial, height, style)
         elif isinstance(part, Bearing | RollingBearing):
-            _draw_bearing(ax, axial, height, radius(axial), style)
+            _draw_bearing(ax, part, axial, height, radius(axial), style)
+        elif isinstance(part, ExternalForce):
+            _draw_force(ax, part, axial, height, radius(axial))
         elif isinstance(part, Coupling | TorqueSupport):
             ax.plot(axial / mm, height / mm, "s", color=LINE, markersize=5)
 
@@ -124,14 +130,13 @@ def _each(group) -> tuple:
 
 def _draw_body(ax: Axes, shaft: Shaft, height: float, style: dict[str, Any]):
     """Draw the shaft, and return its radius as a function of the axial position."""
-    sections = getattr(shaft, "sections", None)
-    if sections:
-        begin, bounds = 0.0, []
-        for section in sections:
-            box = Box(begin + section.length / 2, section.length, section.d_inner / 2, section.d / 2)
+    if shaft.cylinders:
+        bounds = []
+        for section in shaft.cylinders:
+            middle = (section.start + section.end) / 2
+            box = Box(middle, section.length, section.d_inner / 2, section.d / 2)
             _draw(ax, box, height, style, facecolor=SHAFT)
-            bounds.append((begin, begin + section.length, section.d / 2))
-            begin += section.length
+            bounds.append((section.start, section.end, section.d / 2))
         return lambda axial: max((r for a, b, r in bounds if a - mm <= axial <= b + mm), default=bounds[0][2])
     sizes = [abs(gear.d_f) for gear in shaft.gears.values() if isinstance(gear, Gear) and not gear.internal]
     ends = [
@@ -163,14 +168,31 @@ def _draw_gear(ax: Axes, gear: Gear, axial: float, height: float, style: dict[st
     _draw(ax, Box(axial, gear.b, root, tip), height, style, facecolor=TOOTH)
 
 
-def _draw_bearing(ax: Axes, axial: float, height: float, radius: float, style: dict[str, Any]) -> None:
+def _draw_bearing(
+    ax: Axes, bearing: Bearing | RollingBearing, axial: float, height: float, radius: float, style: dict[str, Any]
+) -> None:
+    """Crossed out on both sides of the shaft; a rolling bearing as high as its pitch circle tells, on the shaft."""
     tall = max(BEARING_HEIGHT * 2 * radius, 3 * mm)
+    if isinstance(bearing, RollingBearing):
+        tall = max(bearing.rows[0].D_pw - 2 * radius, bearing.rows[0].D_w)
     box = Box(axial, BEARING_WIDTH * tall, radius, radius + tall)
     _draw(ax, box, height, style, facecolor=BEARING)
     for side in (-1, 1):
         (left, right), (low, high) = _limits(box, height, side)
         for ends in ((low, high), (high, low)):
             ax.plot([left, right], ends, color=LINE, linewidth=0.8)
+
+
+def _draw_force(ax: Axes, force: ExternalForce, axial: float, height: float, radius: float) -> None:
+    """An arrow onto the shaft, with its size: along the axis for a thrust, across for any other force."""
+    size = np.linalg.norm(force.wrench[:3])
+    across = float(np.hypot(force.x, force.y)) >= abs(force.z)
+    tip = (axial / mm, (height + radius) / mm) if across else (axial / mm, height / mm)
+    away = (0, 22) if across else (-22 if force.z > 0 else 22, 0)
+    text = f"{size:.3g} N" if size else f"{np.hypot(force.moment_x, force.moment_y):.3g} N m"
+    arrow = {"arrowstyle": "-|>", "color": FORCE, "shrinkB": 0}
+    options: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": "small", "color": FORCE}
+    ax.annotate(text, tip, away, textcoords="offset points", arrowprops=arrow, annotation_clip=False, **options)
 
 
 def _limits(box: Box, height: float, side: int) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -5,7 +5,7 @@ from itertools import cycle
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, axes_or_new, graded, legend, merged, styled
+from exugear.plots.figures import DISTINCT, axes_or_new, check_result, graded, legend, merged, styled
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import MPa, mm, rpm
@@ -82,8 +82,7 @@ def plot_load_factors(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes
     data    as `fem.load_factors` returns it
     style   of matplotlib's plot
     """
-    names = {"line_load", "K_H_beta", "K_H_alpha"}
-    require(names <= set(data), "data must have load factors; pass what fem.load_factors returns")
+    check_result("data", data, ("line_load", "K_H_beta", "K_H_alpha"), "fem.load_factors(...)")
     ax, axial = axes_or_new(ax), data["axial_position"].values / mm
     for k, colour in enumerate(graded(data["torque"].values)):
         row = data.isel(torque=k)

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
-from exugear.plots.figures import DISTINCT, axes_or_new, legend, merged, styled
+from exugear.plots.figures import DISTINCT, axes_or_new, check_result, legend, merged, styled
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import mm, rpm
@@ -46,7 +46,7 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
              area grows with the share, as the legend says
     style    of the lines of the modes: matplotlib's color, linewidth, …
     """
-    require("crossing_speed" in data, "data lacks crossing_speed; pass what exugear.campbell(...) returned")
+    check_result("data", data, ("crossing_speed",), "exugear.campbell(...)")
     require(0 <= marked <= 1, f"marked must lie in [0, 1], a share of the strain energy, got {marked}")
     ax = axes_or_new(ax)
     speed, highest = data["speed"].values, float(data["order_ratio"].max() * data["speed"].max()) / (2 * pi)

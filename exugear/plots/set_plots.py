@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled
+from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, check_result, legend, merged, styled
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import deg
@@ -34,8 +34,7 @@ def plot_mesh_phases(phases: xr.Dataset, ax: Axes | None = None, **style) -> Axe
     phases   as `Planetary.mesh_phases` returns them
     style    of the marks: matplotlib's color, markersize, ...
     """
-    known = {"sun_phase", "ring_phase", "angle"} <= set(phases.variables)
-    require(known, "phases must have sun_phase and ring_phase; pass what planetary.mesh_phases() returned")
+    check_result("phases", phases, ("sun_phase", "ring_phase"), "planetary.mesh_phases()")
     ax, rows = axes_or_new(ax), np.arange(phases.sizes["planet"])
     for name, mark, size, fill, colour in MEMBERS:
         look = merged(
@@ -63,8 +62,7 @@ def plot_phase_sums(phases: xr.Dataset, ax: Axes | None = None, **style) -> Axes
     phases   as `Planetary.mesh_phases` returns them
     style    of the bars: matplotlib's alpha, edgecolor, ...
     """
-    known = {"torque_sum", "lateral_sum"} <= set(phases.variables)
-    require(known, "phases must have torque_sum and lateral_sum; pass what planetary.mesh_phases() returned")
+    check_result("phases", phases, ("torque_sum", "lateral_sum"), "planetary.mesh_phases()")
     ax, harmonic = axes_or_new(ax), phases["harmonic"].values
     for shift, name, words, colour in ((-0.2, "torque", "torque", 0), (0.2, "lateral", "lateral force on sun", 1)):
         look: dict[str, Any] = {"width": 0.4, "color": DISTINCT[colour], "label": words} | style
@@ -83,8 +81,7 @@ def plot_planet_shares(shares: xr.Dataset, ax: Axes | None = None, **style) -> A
     shares   as `exugear.planet_shares` returns them
     style    of matplotlib's plot
     """
-    known = {"share", "K_gamma"} <= set(shares.variables)
-    require(known, "shares must have share and K_gamma; pass what exugear.planet_shares(run) returned")
+    check_result("shares", shares, ("share", "K_gamma"), "exugear.planet_shares(run)")
     ax = axes_or_new(ax)
     for planet, share, colour in zip(shares["planet"].values, shares["share"].values, cycle(DISTINCT), strict=False):
         ax.plot(shares["time"], 100 * share, **merged(style, color=colour, linewidth=1.0, label=str(planet)))
@@ -105,8 +102,9 @@ def plot_side_bands(lines: xr.Dataset, ax: Axes | None = None, *, decibels: Fini
     decibels   range of levels shown, down from the largest line
     style      of the lines: matplotlib's linewidth, alpha, ...
     """
-    known = {"level", "share", "cause"} <= set(lines.variables) and lines["level"].dims == ("order",)
-    require(known, "lines must have levels of one channel; pass what exugear.side_bands(...) returned, one selected")
+    check_result("lines", lines, ("level", "share", "cause"), "exugear.side_bands(...)")
+    single = lines["level"].dims == ("order",)
+    require(single, f"lines must be of a single channel, got {dict(lines.sizes)}; select one of them")
     require(0 < decibels < np.inf, f"decibels must be > 0 dB and finite, got {decibels}")
     ax, level = axes_or_new(ax), lines["level"].values
     offset, share, harmonic = (lines[name].values for name in ("offset", "share", "harmonic"))

@@ -27,7 +27,8 @@ SHAFT = {
 }
 #: Assumptions of every run.
 ALWAYS = (
-    "Gears and shafts are rigid; the compliance of gear bodies, teeth and contact lies in the force law of each mesh.",
+    "The compliance of gear bodies, teeth and contact lies in the force law of each mesh.",
+    "Shafts are rigid but for those that the plan calls elastic.",
     "The mesh force follows the static law at each instant: inertia of the teeth and waves in them are left out.",
     "Coast flanks are the mirror images of driving flanks where the map of a stage has no torques < 0.",
 )

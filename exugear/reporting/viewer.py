@@ -94,12 +94,12 @@ def add_orbiting(model: Model, name: str, parts: list[dict[str, Any]]) -> None:
     """Draw a planet on an ideal pin by its first contact, which asks for its graphics at each picture."""
     carrier, box = model.gearbox.planets[name].name, model.gearbox
     contact = next(mesh.contact for mesh in model.meshes if name in (mesh.stage.fast.name, mesh.stage.slow.name))
-    centre, place = (np.array([*box.shaft_positions[shaft], 0.0]) for shaft in (carrier, name))
+    centre, axis = (np.array([*box.shaft_positions[shaft], 0.0]) for shaft in (carrier, name))
     spins, shown = [model.spins[shaft] for shaft in (carrier, name)], exu.ConfigurationType.Visualization
 
     def orbiting_planet(mbs, item):
         turned, spin = mbs.systemData.GetODE2Coordinates(shown)[spins]
-        return [graphics.Move(part, centre + about_z(turned) @ (place - centre), about_z(spin)) for part in parts]
+        return [graphics.Move(part, centre + about_z(turned) @ (axis - centre), about_z(spin)) for part in parts]
 
     model.mbs.SetObjectParameter(contact, "VgraphicsDataUserFunction", orbiting_planet)
     model.mbs.SetObjectParameter(contact, "Vshow", True)
@@ -199,7 +199,7 @@ def origin(model: Model, name: str) -> float:
 def ends(shaft: Shaft) -> tuple[float, float]:
     """Axial ends [m] of a shaft by its length, else by the parts that it carries."""
     if shaft.length is not None:
-        return 0.0, shaft.length
+        return shaft.start, shaft.start + shaft.length
     low = min([axial - gear.b / 2 for axial, gear in shaft.gears.items()] + list(shaft.parts))
     high = max([axial + gear.b / 2 for axial, gear in shaft.gears.items()] + list(shaft.parts))
     return low, high

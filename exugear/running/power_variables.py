@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from exugear.gearbox.housing import seat_label
 from exugear.gearbox.shaft_dynamics import (
     ShaftMotion,
     bearing_energy,
@@ -22,6 +23,7 @@ from exugear.gearbox.shaft_dynamics import (
 from exugear.multibody.drive_and_load import ShaftTorques, is_known_function_of_time
 from exugear.multibody.elastic_rings import BuiltRing
 from exugear.multibody.elastic_shafts import BuiltShaft
+from exugear.multibody.housing import coupling_of, seat_motions
 from exugear.multibody.model import Model, is_first, on_bearings
 from exugear.operation.conditions import Conditions
 from fem.units import mm
@@ -93,6 +95,9 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str
         for shaft, speed in ((shaft, motions[shaft.name].speed) for shaft in model.gearbox.shafts)
         if shaft.torque_supports
     }
+    on_seats = losses_on_housing(model, motions)
+    couplings |= {name: on_seats.pop(name) for name in ("housing",) if name in on_seats}
+    bearings |= on_seats
     for name in model.elastics:
         couplings[f"{name} shaft"] = elastic_loss(motions[name])
     couplings |= {f"{name} rim": ring.elastic.loss(rates) for name, (ring, _, rates) in rings.items()}
@@ -105,6 +110,48 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str
     return variables
 
 
+def _at_seats(model: Model, motions: Mapping[str, ShaftMotion]) -> tuple[Any, np.ndarray, np.ndarray] | None:
+    """Coupling of bearings and housing, and motions and rates (6 n, samples) of the shafts at its seats."""
+    coupling = coupling_of(model.gearbox, model.scene)
+    if coupling is None:
+        return None
+    shafts = {shaft.name: shaft for shaft in model.gearbox.shafts}
+    moving = {
+        name: (shafts[name], motion.q, motion.q_t)
+        for name, motion in motions.items()
+        if name in shafts and motion.q is not None and motion.q_t is not None
+    }
+    return coupling, *seat_motions(coupling, moving, model.scene)
+
+
+def losses_on_housing(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, np.ndarray]:
+    """(n,) power [W] that each bearing on a seat dissipates, and the housing; empty without a housing."""
+    at_seats = _at_seats(model, motions)
+    if at_seats is None:
+        return {}
+    coupling, _, rates = at_seats
+    against, losses = coupling.against_seats @ rates, {}
+    for i, seat in enumerate(coupling.housing.seats):
+        part = slice(6 * i, 6 * i + 6)
+        losses[seat_label(seat)] = _forms(against[part], coupling.damping[part, part])
+    losses["housing"] = coupling.housing.damping_time * _forms(rates, coupling.of_housing)
+    return losses
+
+
+def energy_by_housing(model: Model, motions: Mapping[str, ShaftMotion]) -> np.ndarray | float:
+    """(n,) energy [J] of bearings on seats and the housing beyond that of these bearings on ground: < 0."""
+    at_seats = _at_seats(model, motions)
+    if at_seats is None:
+        return 0.0
+    coupling, moved, _ = at_seats
+    return 0.5 * _forms(moved, coupling.stiffness - coupling.bearings)
+
+
+def _forms(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """(n,) quadratic forms of vectors (k, n)."""
+    return np.einsum("in,ij,jn->n", vectors, matrix, vectors)
+
+
 def _energies(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str, RingMotion]) -> dict[str, Any]:
     """Kinetic energy, and strain energy of meshes, bearings and couplings together."""
     meshes = np.sum([mesh.recorder.power["energy"] for mesh in model.meshes], axis=0)
@@ -114,6 +161,7 @@ def _energies(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[s
     elastic = np.sum(
         [bearing_energy(shaft, motions[shaft.name]) + coupling_energy(shaft, motions) for shaft in shafts], 0
     )
+    elastic = elastic + energy_by_housing(model, motions)
     moving = sum(ring.elastic.kinetic_energy(rates) for ring, _, rates in rings.values())
     bent = sum(ring.elastic.strain_energy(amplitudes) for ring, amplitudes, _ in rings.values())
     energies = {

@@ -319,11 +319,16 @@ def _pair_attributes(pair: GearPair | RingPair) -> dict[str, float | str]:
 
 
 def _parts(shaft: Shaft) -> str:
-    """Bearings, discs, couplings and drags of a shaft with their axial positions, and its displacement; a line each."""
+    """Parts of a shaft beside its gears with their axial positions, sections, weight and displacement; a line each."""
     groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in shaft.parts.items())
     lines = [
         f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear | Ring)
     ]
+    if shaft.sections:
+        sizes = [f"{x.d / mm:g}{f'/{x.d_inner / mm:g}' * (x.d_inner > 0)} x {x.length / mm:g}" for x in shaft.cylinders]
+        lines.insert(0, f"{shaft.start / mm:g} mm: Sections({', '.join(sizes)} mm)")
+    if any(shaft.gravity):
+        lines.append(f"whole shaft: Gravity({', '.join(f'{x:g}' for x in shaft.gravity)} m/s^2)")
     return "\n".join(lines + [f"whole shaft: {shaft.offset!r}"] * (shaft.offset != NO_DISPLACEMENT))
 
 

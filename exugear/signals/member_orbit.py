@@ -65,8 +65,10 @@ def member_orbit(
     orbit = moved.mean("bearing").assign_attrs(moved.attrs | {"long_name": f"{quantity} of {shaft}"})
     planets = [planet for x in sets for planet in x.planets]
     if frame is not None:
-        own = f"frame must be left out for {shaft!r}: planets are seen from their carrier, along the radius of the pin"
-        require(shaft not in planets, f"{own}, got {frame!r}")
+        of_planet = (
+            f"frame must be left out for {shaft!r}: planets are seen from their carrier, along the radius of the pin"
+        )
+        require(shaft not in planets, f"{of_planet}, got {frame!r}")
         speed = speed_of_shaft(data, "frame", frame)
         angle = scipy.integrate.cumulative_trapezoid(speed, data["time"].values, initial=0)
         cosine, sine = np.cos(angle), np.sin(angle)

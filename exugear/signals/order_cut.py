@@ -408,7 +408,7 @@ def phasors(
         )
     for middle in np.unique(centre[~even]):
         at = ~even & (centre == middle)
-        value[..., at], error[..., at] = _from_own_samples(samples, points[at], middle, half, orders, frequencies)
+        value[..., at], error[..., at] = _from_recorded_samples(samples, points[at], middle, half, orders, frequencies)
     return Phasors(value, error)
 
 
@@ -473,7 +473,7 @@ def _from_even_samples(samples: Samples, points, centre, half: float, orders, fr
     return Phasors(value, error * np.sqrt(np.maximum(spacing / step, 1.0)))
 
 
-def _from_own_samples(samples: Samples, points, centre: float, half: float, orders, frequencies) -> Phasors:
+def _from_recorded_samples(samples: Samples, points, centre: float, half: float, orders, frequencies) -> Phasors:
     """`phasors` at points in one window, from the samples of the signal itself."""
     first, last = np.searchsorted(samples.angle, [centre - half, centre + half])
     window = slice(max(first - 1, 0), last + 1)

@@ -16,14 +16,13 @@ from math import pi
 from typing import Annotated, Any
 
 import numpy as np
-import scipy
 import xarray as xr
 
 from exugear.gearbox.planetary_phases import half_thickness
 from exugear.running.ring_variables import ring_of_run
 from exugear.running.run_data import stage_data
 from exugear.signals.signal import MESH_ORDER, MOTION_UNITS, TIME
-from fem.ste.ste_map import pair_of
+from fem.ste.ste_map import pair_of, periodic_spline
 from fem.support.arguments import checked
 from fem.support.validation import require, require_finite
 
@@ -234,5 +233,4 @@ def _around(angles: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np
     """Periodic cubic splines over the circle through values (n, ...) at angles (n,) [rad]."""
     order = np.argsort(angles % (2 * pi))
     at = (angles % (2 * pi))[order]
-    closed = np.concatenate([values[order], values[order][:1]])
-    return scipy.interpolate.CubicSpline(np.append(at, at[0] + 2 * pi), closed, bc_type="periodic")
+    return periodic_spline(at, values[order], 2 * pi)

@@ -188,9 +188,27 @@ def propagators(first, second, oscillating, pieces):
     return matrices
 
 
+class Meshes(NamedTuple):
+    """Addresses, rows and shifts of all meshes, as `advance` takes them."""
+
+    addresses: np.ndarray
+    rows: np.ndarray
+    shifts: np.ndarray
+
+
+class Moving(NamedTuple):
+    """States and matrix that `advance` moves, and the changes (3, c) of impulses by the columns of the matrix."""
+
+    states: np.ndarray
+    matrix: np.ndarray
+    changes: np.ndarray
+
+
 @compiled(forceinline=True)
-def mesh_impulse_step(addresses, rows, shifts, time, step, states, matrix, changes, samples, number, k):
-    """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
+def mesh_impulse_step(meshes, moving, samples, time, step, number, k):
+    """Apply the impulse of mesh k in the middle of a step [s], its number and its time over the common period."""
+    addresses, rows, shifts = meshes
+    states, matrix, changes = moving
     table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
     measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
     rate, deflection, phase, misalignment = measures_at(rows, k, measured, states)
@@ -218,7 +236,8 @@ def advance(addresses, rows, shifts, pieces, propagators, states, matrix, sample
     propagators   (p, 2, n, 2, 2) over half a step and over a step
     samples       (m, 3, s) DTE [m], force and static force [N] in the middle of each step; s = 0: none
     """
-    number, changes = 0, np.zeros((MEASURES, matrix.shape[1]))
+    number, meshes = 0, Meshes(addresses, rows, shifts)
+    moving = Moving(states, matrix, np.zeros((MEASURES, matrix.shape[1])))
     for p in range(len(pieces)):
         first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
         half, whole = propagators[p, 0], propagators[p, 1]
@@ -227,9 +246,7 @@ def advance(addresses, rows, shifts, pieces, propagators, states, matrix, sample
             time = first + length * (i + 0.5) / steps
             for k in range(len(addresses)):
                 in_turn = k if number % 2 == 0 else len(addresses) - 1 - k
-                mesh_impulse_step(
-                    addresses, rows, shifts, time, step, states, matrix, changes, samples, number, in_turn
-                )
+                mesh_impulse_step(meshes, moving, samples, time, step, number, in_turn)
             number += 1
             propagate(half if i == steps - 1 else whole, states, matrix)
 

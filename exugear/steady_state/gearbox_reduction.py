@@ -250,5 +250,8 @@ def check_reducible(model: Model) -> None:
     require(not rings, f"{vibrating}; leave out ring_modes=, or take exugear.run_up over a slow ramp")
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
     require(not rubbing, f"model must be without friction, stages {rubbing} rub; build the gearbox without friction=")
+    unbalanced = [shaft.name for shaft in model.gearbox.shafts if shaft.unbalances]
+    once = f"model must be without unbalance, which acts once a turn, got it on {unbalanced}"
+    require(not unbalanced, f"{once}; build it without Unbalance, or take exugear.run_up over a slow ramp")
     braked = [shaft.name for shaft in model.gearbox.shafts if shaft.drags]
     require(not braked, f"model must be without drag, shafts {braked} are braked; build it without drag= and Drag")

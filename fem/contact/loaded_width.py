@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, nan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -101,8 +102,8 @@ class FaceSlicing:
         te, slices = state.te + NEARLY * self.position.pair.pinion.m_n, state.slices
         stations, mirrored = self.stations.low.reshape(len(self.numbers), -1), self.face.share < 1
         depths = (te - sections.first_touch(misalignment) for sections in (self.stations, slices))
-        at = self.numbers.start, slices.number, slices.low, slices.high
-        return overlap_of(self.ends[0], mirrored, stations, *depths, *at, state.force)
+        strips = SliceLoads(slices.number - self.numbers.start, slices.low, slices.high, state.force)
+        return overlap_of(self.ends[0], mirrored, stations, *depths, strips)
 
     def loaded(self, guess: State, misalignment: float, solve: Callable[[ContactSlices, State], State]) -> State:
         """State on slices that cover all of the contact, and little more.
@@ -127,14 +128,24 @@ def union(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.stack([np.fmin(first[:, 0], second[:, 0]), np.fmax(first[:, 1], second[:, 1])], axis=1)
 
 
+class SliceLoads(NamedTuple):
+    """(m,) tooth pair, counted from the first, lower and upper end [m] and force [N] of each slice."""
+
+    pair: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    force: np.ndarray
+
+
 @kept_unchecked
-def overlap_of(begin, mirrored, stations, at_stations, at_slices, first, number, low, high, force):
+def overlap_of(begin, mirrored, stations, at_stations, at_slices, strips):
     """`FaceSlicing.overlap` from depths of the overlap [m] at stations (n_pair, n) and in the middle of slices (m,).
 
     begin       axial position at which the modelled face begins [m]
     mirrored    whether the other half of the face carries the mirror image
-    number      tooth pairs of the slices from the first one on
+    strips      `SliceLoads` of the slices
     """
+    pair_of, low, high, force = strips
     pairs, n = stations.shape
     width, axial, depth = np.full((pairs, 2), nan), np.empty(n + low.size + 1), np.empty(n + low.size + 1)
     for k in range(pairs):
@@ -142,7 +153,7 @@ def overlap_of(begin, mirrored, stations, at_stations, at_slices, first, number,
         for i in range(n):
             used = _insert(stations[k, i], at_stations[k * n + i], used, axial, depth)
         for i in range(low.size):
-            if number[i] == first + k:
+            if pair_of[i] == k:
                 used = _insert((low[i] + high[i]) / 2, at_slices[i], used, axial, depth)
                 if force[i] > 0:
                     start, end = min(start, low[i]), max(end, high[i])

@@ -1,8 +1,6 @@
 """How finely a map is solved: FE mesh, slices across the face width, strips or one line load along the profile."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import wraps
 from typing import Self
 
 import numpy as np
@@ -66,21 +64,6 @@ class Discretization:
         return replace(self, density=self.density.scaled(factor), slices=slices)
 
 
-def _without_resolved(kind: type) -> type:
-    """Decorator: the argument `resolved` of version 0.1 raises TypeError with the new spelling."""
-    initialize: Callable = kind.__init__  # type: ignore[misc]
-
-    @wraps(initialize)
-    def initialize_without_resolved(self, *args, **fields):
-        if "resolved" in fields:
-            raise TypeError(f"fem.Resolution has no argument resolved any more; {SPELLING}")
-        initialize(self, *args, **fields)
-
-    kind.__init__ = initialize_without_resolved  # type: ignore[misc]
-    return kind
-
-
-@_without_resolved
 @short()
 @dataclass(frozen=True)
 class Resolution(Discretization):

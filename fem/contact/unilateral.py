@@ -68,7 +68,7 @@ def unilateral_contact(solve: Callable, compiled: Callable = lambda function: fu
             pulling = not exchanging and _is_pulling(force, state.force)
             if state.converged and not pulling and _is_admissible(state):
                 return state
-            force = _until_first_is_free(force, state.force) if pulling else state.force
+            force = _step_to_first_contact_loss(force, state.force) if pulling else state.force
             if exchanging:
                 active = _touching(state)
             else:
@@ -129,7 +129,7 @@ def _deepest(gap, pulling):
 
 
 @compiled_or_not
-def _until_first_is_free(force, goal):
+def _step_to_first_contact_loss(force, goal):
     """(n,) forces on the way from `force` to `goal` where the first of those that fall below 0 vanishes."""
     share, reached, largest = 1.0, np.empty(force.size), 0.0
     for k in range(force.size):

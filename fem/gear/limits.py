@@ -54,34 +54,27 @@ def check_thickness(gear) -> None:
 
 
 def check_sizes(gear) -> None:
-    """Require a face width, a tooth thickness and diameters that fit one another."""
+    """Require a face width, a tooth thickness and diameters that fit one another; those of a ring are < 0."""
     m_n, shifted = gear.m_n, f"circle shifted by x = {gear.x:.4g} modules"
     middle = 2 * gear.r + 2 * gear.x * m_n
     require_within("b", gear.b, 0.1 * m_n, 200 * m_n, unit=mm, remedy="mm (pass metres: 23*mm)")
     check_thickness(gear)
     if gear.internal:
-        _check_diameters_of_ring(gear, middle, shifted)
-        return
-    tip = f"mm (above the base circle, within 4 modules of the {shifted})"
-    require_within("d_a", gear.d_a, 2 * gear.r_b, middle + 8 * m_n, unit=mm, remedy=tip)
-    root = f"mm (below the tip circle, within 4 modules of the {shifted})"
-    require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=root)
-    rim = f"mm (leave a rim of one module below the root circle {gear.d_f / mm:g} mm)"
-    require_within("d_bore", gear.d_bore, 0, gear.d_f - 2 * m_n, unit=mm, remedy=rim)
-
-
-def _check_diameters_of_ring(gear, middle: float, shifted: str) -> None:
-    """`check_sizes` of the diameters of an internal gear, which are < 0."""
-    m_n, d_b = gear.m_n, 2 * gear.r_b
-    inside = f"the tip circle of an internal gear must lie outside its base circle, d_b = {d_b / mm:.6g} mm"
-    shorter = "shorten its teeth by d_a, reduce x, or raise the number of teeth"
-    require(gear.d_a < d_b * (1 + 1e-9), f"{inside}, got d_a = {gear.d_a / mm:.6g} mm; {shorter}")
-    tip = f"mm (within 4 modules of the {shifted})"
-    require_within("d_a", gear.d_a, middle - 8 * m_n, middle + 8 * m_n, unit=mm, remedy=tip)
-    root = f"mm (outside the tip circle, within 4 modules of the {shifted})"
-    require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=root)
-    rim = f"mm (leave a rim of one module outside the root circle {gear.d_f / mm:g} mm)"
-    require_within("d_rim", gear.d_rim, 10 * gear.d_f, gear.d_f - 2 * m_n, unit=mm, remedy=rim)
+        inside = (
+            f"the tip circle of an internal gear must lie outside its base circle, d_b = {2 * gear.r_b / mm:.6g} mm"
+        )
+        shorter = "shorten its teeth by d_a, reduce x, or raise the number of teeth"
+        require(gear.d_a < 2 * gear.r_b * (1 + 1e-9), f"{inside}, got d_a = {gear.d_a / mm:.6g} mm; {shorter}")
+        lowest_tip, tip, side = middle - 8 * m_n, "", "outside"
+        body, d_body, lowest_body = "d_rim", gear.d_rim, 10 * gear.d_f
+    else:
+        lowest_tip, tip, side = 2 * gear.r_b, "above the base circle, ", "below"
+        body, d_body, lowest_body = "d_bore", gear.d_bore, 0.0
+    near = f"within 4 modules of the {shifted}"
+    require_within("d_a", gear.d_a, lowest_tip, middle + 8 * m_n, unit=mm, remedy=f"mm ({tip}{near})")
+    require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=f"mm ({side} the tip circle, {near})")
+    rim = f"mm (leave a rim of one module {side} the root circle {gear.d_f / mm:g} mm)"
+    require_within(body, d_body, lowest_body, gear.d_f - 2 * m_n, unit=mm, remedy=rim)
 
 
 def check_tip(gear) -> None:

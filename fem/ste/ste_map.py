@@ -313,10 +313,10 @@ def at_phases(phase: np.ndarray, values: np.ndarray, queries: np.ndarray, pitche
     return np.moveaxis(periodic_spline(phase, np.moveaxis(values, -1, 0), pitches)(queries), 0, -1)
 
 
-def periodic_spline(phase: np.ndarray, values: np.ndarray, pitches: int = 1) -> Any:
-    """scipy's periodic CubicSpline through values (n_phase, ...) at phases (n_phase,) of a number of pitches."""
+def periodic_spline(phase: np.ndarray, values: np.ndarray, period: float = 1.0) -> Any:
+    """scipy's periodic CubicSpline through values (n, ...) at phases (n,) in pitches, or angles, of a period."""
     closed = np.concatenate([values, values[:1]])
-    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + pitches), closed, bc_type="periodic")
+    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + period), closed, bc_type="periodic")
 
 
 def pair_attributes(pair: GearPair) -> dict[str, float | str]:

@@ -128,9 +128,16 @@ def _folder_of_compiled_code(name: str) -> Iterator[None]:
 
 
 def _enclosed_numbers(function: Callable) -> str:
-    """The whole numbers that a function encloses, as part of its name."""
-    enclosed = [cell.cell_contents for cell in function.__closure__ or ()]
-    return "".join(f"_{int(value)}" for value in enclosed if isinstance(value, int))
+    """The whole numbers that a function encloses, as part of its name; TypeError where it encloses anything else."""
+    enclosed = {
+        name: cell.cell_contents
+        for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    }
+    for name, value in enclosed.items():
+        if not isinstance(value, int):
+            tells = "may enclose whole numbers only, by which its compiled code is told apart"
+            raise TypeError(f"{function.__qualname__} {tells}, got {name} = {value!r}")
+    return "".join(f"_{int(value)}" for value in enclosed.values())
 
 
 #: `kept` with sums in any order.

@@ -5,7 +5,8 @@
     0,            0.00,      0.12
 
 Columns stand in any order, separated by commas, semicolons, tabs or blanks. A unit that is missing, unknown or of
-another quantity, a missing or a further column, text, NaN, and points that are given twice are refused with the line.
+another quantity, a missing or a further column, a second header, text, NaN, and points that are given twice are refused
+with the line.
 """
 
 import re
@@ -59,6 +60,8 @@ def read_table(path, units: Mapping[str, str], *, optional: Iterable[str] = (), 
         elif COLUMN.search(line) and not line.lstrip().startswith("#"):
             raise ValueError(f"{where} is a second header; give each table a file of its own")
         elif line.strip() and not line.lstrip().startswith("#"):
+            second = f"{where} is a second header; keep one table in a file, remarks begin with #"
+            require("[" not in line, second)
             require(bool(factors), f"{where} comes before a header with units; begin with: {header}")
             rows[number] = _values(line.strip(), list(factors), where)
     require(bool(factors), f"{path} has no header with units; begin with: {header}")

@@ -168,8 +168,13 @@ def two_stages(version: str = "1.4", **changes) -> RexsData:
     return data
 
 
-def planetary(version: str = "1.1") -> RexsData:
-    """A set of 17/22/61 teeth with three planets, its ring held by an engaged coupling."""
+def planetary(version: str = "1.1", *, stepped: bool = False, pin: float = 0.0, on_bearings: bool = False) -> RexsData:
+    """A set of 17/22/61 teeth with three planets, its ring held by an engaged coupling.
+
+    stepped       whether the planets have a second gear, of 19 teeth, at a ring of 58
+    pin           radial stiffness [N/m] of each of two bearings of a planet on its pin; 0 for none
+    on_bearings   whether sun and carrier have a bearing at each end
+    """
     data, none, deg = RexsData(version), NONE.get(version, ""), DEG[version]
     unit, casing = data.add("gear_unit", "unit"), data.add("gear_casing", "housing")
     set_id, carrier = data.add("planetary_stage", "set"), data.add("planet_carrier", "carrier")
@@ -182,7 +187,7 @@ def planetary(version: str = "1.1") -> RexsData:
 
     def gear(on: int, at: tuple, z: float, type: str = "cylindrical_gear") -> int:
         sizes = {"number_of_teeth": (z, none), "normal_module": (4.0, "mm"), "face_width": (50.0, "mm")}
-        id = data.add(type, f"gear {z}", u_coordinate_on_shaft=(25.0, "mm"), **sizes, **_placed(*at))
+        id = data.add(type, f"gear {z}", u_coordinate_on_shaft=(at[0] - 100.0, "mm"), **sizes, **_placed(*at))
         data.relate("assembly", assembly=on, part=id)
         return id
 
@@ -193,17 +198,28 @@ def planetary(version: str = "1.1") -> RexsData:
         for name, role in (("ring shaft", "central_shaft"), ("carrier shaft", "planet_carrier_shaft"))
     )
     sun_gear = gear(sun, (125.0, 0.0, 0.0), 17.0)
-    ring_gear = gear(ring, (125.0, 0.0, 0.0), 61.0, "ring_gear")
+    at_ring, teeth = (185.0, (58.0, 19.0)) if stepped else (125.0, (61.0, 22.0))
+    ring_gear = gear(ring, (at_ring, 0.0, 0.0), teeth[0], "ring_gear")
     planets = ((0.0, 78.0), (67.54998149518622, -39.0), (-67.54998149518622, -39.0))
     for number, (v, w) in enumerate(planets):
         own = shaft(f"planet shaft @ {number}", (100.0, v, w), "planet_shaft")
         planet_gear = gear(own, (125.0, v, w), 22.0)
+        second_gear = gear(own, (at_ring, v, w), teeth[1]) if stepped else planet_gear
+        for u in (10.0, at_ring - 85.0) if pin else ():
+            stiffness = {"radial_stiffness": (pin, "N / m"), "axial_stiffness": (pin / 10, "N / m")}
+            bearing = data.add("concept_bearing", f"pin {u}", u_coordinate_on_shaft_outer_side=(u, "mm"), **stiffness)
+            data.relate("side", assembly=bearing, outer_part=own, inner_part=arm)
         angle = {"center_distance": (78.0, "mm"), "rotating_angle_around_neg_u_axis": (120.0 * number, deg)}
-        for first, second in ((sun_gear, planet_gear), (planet_gear, ring_gear)):
+        for first, second in ((sun_gear, planet_gear), (second_gear, ring_gear)):
             stage = data.add("cylindrical_stage", "mesh", **angle)
             data.relate("assembly", assembly=set_id, part=stage)
             data.relate("stage", stage=stage, gear_1=first, gear_2=second)
             angle = angle | {"rotating_angle_around_neg_u_axis": (120.0 * number + 180.0, deg)}
+    for on in (sun, arm) if on_bearings else ():
+        for u in (0.0, 150.0):
+            stiffness = {"radial_stiffness": (3e8, "N / m"), "axial_stiffness": (1e8, "N / m")}
+            bearing = data.add("concept_bearing", f"at {u}", u_coordinate_on_shaft_inner_side=(u, "mm"), **stiffness)
+            data.relate("side", assembly=bearing, inner_part=on, outer_part=casing)
     coupling = data.add("switchable_coupling", "coupling", is_engaged=((True,), none))
     data.relate("side", assembly=coupling, inner_part=ring, outer_part=casing)
     for on, torque in ((sun, {"torque_around_u_axis": (1591.55, "N m")}), (arm, {})):

@@ -7,6 +7,7 @@ from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
+import meshio
 import numpy as np
 import scipy
 import xarray as xr
@@ -18,7 +19,8 @@ from planetary_boxes import RING_PAIR, SUN_PAIR, planetary, planetary_box
 from rexs_files import two_stages as two_stages_of_rexs
 from ring_gears import COARSE, bolted, thin_ring_pair
 from scenes import linear_law, smooth_box, smooth_map
-from skfem import ElementQuad1
+from skfem import ElementQuad1, MeshHex
+from skfem.io.meshio import to_meshio
 
 import exugear
 import fem
@@ -114,6 +116,41 @@ def loads_over_flanks() -> xr.Dataset:
     return xr.Dataset(variables, axes, fem.ste_map(paper_pair(), [0, 1.0], [0.0], np.zeros((2, 1))).attrs)
 
 
+@cache
+def loaded_faces() -> xr.Dataset:
+    """The load over the face of the paper's pair."""
+    return exugear.load_distribution(loaded_box(), 100.0, mesh_stiffness=15e9)
+
+
+@cache
+def loaded_box() -> exugear.Gearbox:
+    """The paper's pair on two bearings a shaft."""
+    ball = exugear.Bearing(radial=2e8, axial=1e8)
+    return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
+
+
+@cache
+def bar() -> meshio.Mesh:
+    """A bar as the mesh of a housing."""
+    return to_meshio(MeshHex.init_tensor(*(np.linspace(0, size, n) for size, n in ((0.3, 4), (0.1, 2), (0.1, 2)))))
+
+
+def bar_end(points: np.ndarray) -> np.ndarray:
+    """Whether points lie at the end of the bar."""
+    return points[0] > 0.299
+
+
+def bar_start(points: np.ndarray) -> np.ndarray:
+    """Whether points lie at its beginning."""
+    return points[0] < 0.001
+
+
+@cache
+def reduced_housing() -> fem.ReducedHousing:
+    """The bar, a seat at its end."""
+    return fem.reduce_housing(bar(), [bar_end], bar_start, modes=3)
+
+
 def elastic_shaft() -> exugear.Shaft:
     """A shaft from sections."""
     ball = exugear.Bearing(radial=2e8, axial=1e8)
@@ -168,11 +205,17 @@ def instances() -> dict[str, Any]:
         fem.PinionCutter(20, 0.1, 0.5 * mm, 50 * mm), bolted(), fem.Bush(radial=1e9, tangential=1e9),
         exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
         exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3), exugear.Placement(),
+        exugear.ExternalForce(y=-100.0), exugear.Unbalance(1e-3), exugear.LoadCase("case", 100.0, 10.0),
+        exugear.LoadSpectrum([exugear.LoadCase("case", 100.0, 10.0)], 3600.0),
         exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
         exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um), exugear.XuFriction(0.02, 0.4
         * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         elastic_shaft(), linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
+        planetary(), exugear.RingSensor(0.5, np.cos),
+        reduced_housing(), exugear.Housing([("fast", 0.0)], 1e8 * np.eye(6)),
+        exugear.propose_flank_corrections(loaded_box(), 100.0, mesh_stiffness=15e9, parts=8),
+        exugear.deflected_pair(loaded_box(), loaded_faces()),
         planetary(), exugear.RingSensor(0.5, np.cos), exugear.SNCurve([1e3, 1e6], [2e9, 1e9]),
         exugear.RollingBearing.angular_contact(Z=9, D_w=12 * mm, D_pw=60 * mm, alpha=0.3),
         ravigneaux()[1], exugear.TorqueSupport(1e6), exugear.SpeedReached("fast", 55.0),
@@ -190,11 +233,14 @@ def by_name() -> dict[str, Any]:
     fem.save(smooth_map(), folder / "map.nc")
     made["Run"].save(folder / "run.nc")
     linear_law().save(folder / "law.nc")
+    np.savez(folder / "housing.npz", K=1e8 * np.eye(6))
     (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
     chart = "tooth [1], removed [um]\n" + "".join(f"{i}, 0\n" for i in range(57))
     (folder / "chart.csv").write_text(chart)
     (folder / "trace.csv").write_text("tooth [1], axial [mm], removed [um]\n0, -9, 0\n0, 9, 1\n")
     (folder / "bearing.csv").write_text("displacement [um], force [N]\n0, 0\n10, 1000\n")
+    (folder / "cycle.csv").write_text("speed [rpm], load [N m], share [%]\n1000, 50, 100\n")
+    (folder / "motor.csv").write_text("speed [rpm], torque [N m]\n0, 50\n1000, 0\n")
     (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
     quantity = ("z", 57.0, "1", "number of teeth")
@@ -268,6 +314,8 @@ def by_name() -> dict[str, Any]:
         "MeshForce.from_tooth_pairs.pairs": tooth_pairs(), "MeshForce.from_tooth_pairs.coast": None,
         "MeshForce.ste.torque": [10.0], "MeshForce.ste.phases": 4,
         "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
+        "LoadSpectrum.from_table.path": folder / "cycle.csv", "MotorCurve.from_table.path": folder / "motor.csv",
+        "LoadSpectrum.from_table.gearbox": smooth_box(),
         "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",
@@ -286,8 +334,25 @@ def by_name() -> dict[str, Any]:
         "step_angle": 0.0, "tooth": None, "exact_ratios.stages": [planetary()], "exact_ratios.driving": "sun",
         "exact_ratios.held": "ring",
         "read_rexs.path": two_stages_of_rexs().write(folder / "gearbox.rexs"), "read_rexs.mesh": "iso6336",
+        "read_rexs.shafts": "rigid", "read_rexs.bearings": "linear", "read_rexs.load_case": 1,
         "read_rexs.damping_ratio": 0.05, "write_rexs.path": folder / "saved.rexs", "write_rexs.load_cases": (),
         "planet_shares.run": run_of_a_set(), "planet_shares.member": "ring", **of_sets(),
+        "reduce_housing.mesh": bar(), "reduce_housing.seats": [bar_end], "reduce_housing.fixed": bar_start,
+        "reduce_housing.material": fem.STEEL, "reduce_housing.modes": 3,
+        "ReducedHousing.response.frequency": [10.0], "ReducedHousing.surface_velocity.frequency": [10.0],
+        "forces": np.ones((1, 6)), "damping_ratio": 0.02,
+        "Housing.from_file.path": folder / "housing.npz", "Housing.from_file.mass": None,
+        "Housing.from_file.seats": [("fast", 0.0)], "Housing.from_reduction.seats": [("fast", 0.0)],
+        "Housing.from_reduction.reduced": reduced_housing(),
+        "radiated_power.run": run_on_bearings(), "radiated_power.reduced": reduced_housing(),
+        "radiated_power.seats": [("fast", 0.0)], "radiated_power.resolution": 200.0, "radiated_power.highest": 2000.0,
+        "ReducedHousing.radiated_power.frequency": [10.0],
+        "load_distribution.loads": None, "propose_flank_corrections.loads": None, "mesh_stiffness": 15e9,
+        "parts": 8, "spread": 0.0, "deflected_pair.data": loaded_faces(), "deflected_pair.gearbox": loaded_box(),
+        "deflected_pair.mesh": None, "plot_line_load.data": loaded_faces(), "plot_line_load.mesh": None,
+        "plot_shaft_deflection.data": loaded_faces(), "plot_shaft_deflection.direction": "x",
+        "plot_shaft_deflection.shaft": "fast", "plot_bearing_loads.data": loaded_faces(),
+        "report.load_distribution": loaded_faces(),
         "bearing_life.run": run_on_rolling_bearings(), "bearing_life.gearbox": rolling_box(),
         "bearing_life.shares": None,
         "displacements": np.zeros((2, 5)), "RollingBearing.life.revolutions": [1.0, 2.0],

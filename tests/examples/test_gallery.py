@@ -2,6 +2,7 @@
 
 import class_6_gears
 import coast_down
+import e_axle_shaft
 import ev_reducer
 import growing_crack
 import hand_built_contact
@@ -10,6 +11,7 @@ import measured_table
 import numpy as np
 import planet_phasing
 import pytest
+import rexs_gearbox
 import ring_that_bends
 import run_report
 import shuttling
@@ -99,6 +101,27 @@ def test_report_states_the_balance_of_a_run_with_all_its_stages_and_bearings(tmp
     assert page.count("data:image") >= 5
     for name in (*run.data["stage"].values, *run.data["bearing"].values):
         assert str(name) in page
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:orders")  # of the quick run-up, at low speed
+def test_a_gearbox_from_a_file_is_drawn_run_and_reported(tmp_path):
+    model, run, files = rexs_gearbox.main(tmp_path, quick=True)
+    assert 1 / model.gearbox.ratios["output"] == pytest.approx(-61 / 23 * 58 / 21 * 53 / 19)
+    assert model.gearbox.shafts[0].forces[0][1].y == -250
+    forces = np.abs(run.data["bearing_force"]).max("time")
+    assert forces.sizes["bearing"] == 8 and float(forces.max()) > 1000
+    page = files[0].read_text(encoding="utf-8")
+    assert all(str(name) in page for name in run.data["bearing"].values)
+    assert (tmp_path / "rexs_gearbox.png").exists()
+
+
+@pytest.mark.slow
+def test_a_thicker_shaft_makes_the_reducer_quieter_and_its_bearings_live_longer(tmp_path):
+    table = e_axle_shaft.main(tmp_path, quick=True)
+    thin, thick = (table.iloc[i] for i in (0, -1))
+    assert thick["life [h]"] > 1.02 * thin["life [h]"]
+    assert thick["noise [dB]"] < thin["noise [dB]"] - 0.1
 
 
 def test_shuttling_moves_the_load_between_the_bearings_at_a_constant_mesh_force(tmp_path):

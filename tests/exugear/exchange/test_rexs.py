@@ -11,11 +11,11 @@ import exugear
 import fem
 from fem.units import deg, mm, rpm
 
-QUICK = {"mesh": "iso6336", "progress": False}
+QUICK = {"mesh": "iso6336", "shafts": "rigid", "bearings": "linear", "progress": False}
 
 
-def read(data: RexsData, folder, suffix: str = ".rexs"):
-    return exugear.read_rexs(data.write(folder / f"model{suffix}"), **QUICK)
+def read(data: RexsData, folder, suffix: str = ".rexs", **options):
+    return exugear.read_rexs(data.write(folder / f"model{suffix}"), **QUICK | options)
 
 
 def told(model, kind: str, words: str) -> list:
@@ -72,7 +72,7 @@ def test_load_cases_of_a_spectrum(tmp_path):
         data.load_case(**case, **{load: {"torque_around_u_axis": (torque, "N m")}})
     cases = read(data, tmp_path).load_cases
     gear = 47 / 25 * 55 / 24
-    assert [case.fraction for case in cases] == pytest.approx([0.2, 0.8])
+    assert [case.share for case in cases] == pytest.approx([0.2, 0.8])
     assert [case.speed / rpm for case in cases] == pytest.approx([600, 3000])
     assert [case.load for case in cases] == pytest.approx([50 * gear, -10 * gear])
 
@@ -89,6 +89,30 @@ def test_a_planetary_stage_is_a_set(suffix, tmp_path):
     assert box.static_forces(case.load) == pytest.approx([1591.55 / 3 / box.stages[0].pair.pinion.r_b] * 6, rel=1e-6)
     assert told(model, "assumed", "tip shortened")
     assert exugear.plan(box).laws.keys() == set(box.labels)  # the set does not stand at the axial position 0
+
+
+def test_stepped_planets_mesh_with_sun_and_ring_by_either_gear(tmp_path):
+    """Ratio by Willis: 1 - (-22/17 * 58/19); the file does not tell the angle between both gears."""
+    model = read(planetary(stepped=True), tmp_path)
+    (planets,) = model.gearbox.sets
+    assert planets.stepped
+    assert 1 / model.gearbox.ratios["carrier shaft"] == pytest.approx(1 + 22 / 17 * 58 / 19)
+    assert sorted(planets.planet_shafts[0].gears) == pytest.approx([125 * mm, 185 * mm])
+    assert told(model, "assumed", "stands at the same angle")
+
+
+def test_members_of_sets_stand_on_their_bearings_where_pins_are_elastic(tmp_path):
+    """Stiffness of both bearings of a pin, about the planet's gear; without elastic pins members only spin."""
+    rigid, elastic = (read(planetary(pin=x, on_bearings=True), tmp_path) for x in (0.0, 2e8))
+    assert not any(shaft.bearings for shaft in rigid.gearbox.shafts)
+    assert told(rigid, "assumed", "ideal bearings, as the planets of its set turn on ideal pins")
+    shafts = {shaft.name: shaft for shaft in elastic.gearbox.shafts}
+    assert len(shafts["sun shaft"].bearings) == len(shafts["carrier shaft"].bearings) == 2
+    (pin,) = shafts["planet shaft @ 0"].bearings.values()
+    assert (pin.radial, pin.axial, pin.tilt) == pytest.approx((4e8, 4e7, 2 * 2e8 * (15 * mm) ** 2))
+    case = elastic.load_cases[0]
+    forces = elastic.gearbox.static_forces(case.load)
+    assert forces == pytest.approx([forces[0]] * 6)
 
 
 def test_positions_follow_from_the_stages_where_they_are_lost(tmp_path):
@@ -225,6 +249,115 @@ def test_what_is_written_is_read_again(tmp_path):
     assert again.load_cases[0].load == pytest.approx(model.load_cases[0].load)
     assert all("not written" in row.text for row in account.rows) and account.rows
     assert sorted(path.name for path in tmp_path.glob("*")) == ["model.rexs", "written.rexs"]
+
+
+def drawn_shaft(name: str, gears: dict, **options) -> exugear.Shaft:
+    """A shaft with sections, a fixed ball bearing, a roller bearing, and a force beyond it."""
+    ball = exugear.RollingBearing.deep_groove(Z=9, D_w=9 * mm, D_pw=46 * mm, C=21e3, clearance=8e-6, damping_time=1e-5)
+    roller = exugear.RollingBearing.cylindrical_roller(
+        Z=14, D_w=7 * mm, D_pw=46 * mm, L_we=8 * mm, C=28e3, clearance=4e-6, damping_time=1e-5
+    )
+    force = exugear.ExternalForce(x=100.0, y=-900.0, z=50.0, moment_x=3.0)
+    parts = gears | {0.0: ball, 100 * mm: roller, 120 * mm: force}
+    sections = [(30 * mm, 60 * mm), (26 * mm, 70 * mm, 10 * mm)]
+    return exugear.Shaft(name, parts, sections=sections, start=-10 * mm, gravity=(0, -9.80665, 0), **options)
+
+
+def test_sections_rolling_bearings_forces_and_gravity_are_written_and_read_again(tmp_path):
+    gear = fem.Gear(z=40, m_n=2 * mm, b=20 * mm, beta=12 * deg, d_bore=30 * mm)
+    mate = fem.Gear(z=41, m_n=2 * mm, b=20 * mm, beta=-12 * deg, d_bore=30 * mm)
+    pair = fem.GearPair(gear, mate)
+    ste = fem.ste_map(pair, [0, 50.0, 100.0], np.arange(4) / 4, np.outer([0, 1e-6, 2e-6], np.ones(4)))
+    shafts = [drawn_shaft(name, {40 * mm: x}) for name, x in (("fast", gear), ("slow", mate))]
+    box = exugear.Gearbox([exugear.Stage(*shafts, ste, backlash=80e-6)])
+    account = exugear.write_rexs(tmp_path / "drawn.rexs", box, [exugear.LoadCase("cruise", 300 * rpm, 50.0)])
+    model = exugear.read_rexs(tmp_path / "drawn.rexs", mesh="iso6336", progress=False)
+    assert not [row for row in account.rows if "bearing" in row.text and "damping" not in row.text]
+    for before, after in zip(box.shafts, model.gearbox.shafts, strict=True):
+        assert np.array(after.sections) == pytest.approx(np.array(before.sections))
+        assert (after.start, after.mass, after.torque_at) == pytest.approx(
+            (before.start, before.mass, before.end_position)
+        )
+        assert after.gravity == pytest.approx(before.gravity)
+        assert [type(x) for x in after.bearings.values()] == [exugear.RollingBearing] * 2
+        for old, new in zip(before.bearings.values(), after.bearings.values(), strict=True):
+            assert repr(new) == repr(old)
+        assert [(x, force.wrench) for x, force in after.forces] == [
+            (pytest.approx(x), pytest.approx(force.wrench)) for x, force in before.forces
+        ]
+    (case,) = model.spectrum
+    assert (case.speed, case.load) == pytest.approx((300 * rpm, 50.0))
+
+
+def test_sections_overlap_have_gaps_and_end_before_bearings(tmp_path):
+    """The outermost surface counts; a gap has the smaller diameter of its neighbours; both are told."""
+    data = two_stages()
+    shaft = data.ids["fast"]
+    section = next(x for x in data.components if x["type"] == "shaft_section")
+    section["attributes"]["length"] = 40.0, "mm"
+    ends = {f"outer_diameter_{end}": (d, "mm") for end, d in (("begin", 24.0), ("end", 36.0))}
+    for begin, length in ((60.0, 20.0), (70.0, 15.0)):
+        at = {"u_coordinate_on_shaft": (begin, "mm"), "length": (length, "mm")}
+        data.relate("assembly", assembly=shaft, part=data.add("shaft_section", "", **at, **ends))
+    model = read(data, tmp_path, shafts="elastic")
+    fast = model.gearbox.driving
+    assert fast.start == 0 and sum(section[1] for section in fast.sections) == pytest.approx(90 * mm)
+    at = np.cumsum([section[1] for section in fast.sections])
+
+    def diameter(z: float) -> float:
+        return fast.sections[int(np.searchsorted(at, z))][0] / mm
+
+    assert diameter(10 * mm) == pytest.approx(30)
+    assert 24 < diameter(50 * mm) < 26
+    assert told(model, "assumed", "gap at 50 mm closed") and told(model, "assumed", "sections extended")
+    assert diameter(79 * mm) > diameter(61 * mm)
+    assert all(shaft.sections for shaft in model.gearbox.shafts)
+
+
+def test_rolling_bearings_keep_their_law_where_the_file_holds_their_sizes(tmp_path):
+    """Width and both capacities: by catalogue; with a free outer ring radial force alone; else linear and told."""
+    data = two_stages()
+    for component in data.components:
+        if component["type"].startswith("rolling"):
+            component["attributes"] |= {"width": (19.0, "mm"), "static_capacity": (16.0, "kN")}
+    model = read(data, tmp_path, bearings="rolling")
+    fixed, floating = model.gearbox.driving.bearings.values()
+    assert isinstance(fixed, exugear.RollingBearing) and fixed.kind == "deep groove"
+    assert fixed.C == 29e3 and told(model, "assumed", "deep groove bearing by its force law")
+    assert isinstance(floating, exugear.Bearing) and floating.table is not None and floating.axial == 0
+    lacking = read(two_stages(), tmp_path, bearings="rolling")
+    assert all(bearing.linear for shaft in lacking.gearbox.shafts for bearing in shaft.bearings.values())
+    case = model.load_cases[0]
+    assert exugear.plan(model.gearbox, load=case.load).bearings["fast"]
+
+
+def test_forces_of_the_chosen_load_case_and_gravity_act_on_the_shafts(tmp_path):
+    """u, v, w become z, x, y; the forces of another load case are one reading away."""
+    data = two_stages()
+    unit, load = (f"_{data.ids[name]}" for name in ("unit", "load"))
+    data.components[data.ids["unit"] - 1]["attributes"] |= {
+        "account_for_gravity": (True, ""),
+        "direction_vector_gravity_w": (-1.0, ""),
+    }
+    for torque, force in ((50.0, 300.0), (70.0, 800.0)):
+        forces = {"force_v_direction": (force, "N"), "force_u_direction": (-0.02 * force, "kN")}
+        case = {unit: {"load_duration_fraction": (50.0, "%")}, load: {"torque_around_u_axis": (torque, "N m")} | forces}
+        data.load_case(**case)
+    first, second = (read(data, tmp_path, load_case=number) for number in (1, 2))
+    for model, force in ((first, 300.0), (second, 800.0)):
+        ((axial, acting),) = model.gearbox.driving.forces
+        assert (axial, acting.wrench[:3]) == (0.0, pytest.approx((force, 0.0, -20 * force)))
+        assert model.gearbox.driving.gravity == pytest.approx((0, -9.80665, 0))
+    assert first.load_cases[1].forces["fast"][0.0].x == 800
+    assert told(first, "assumed", "those of load case 1 act") and told(first, "read", "gravity along")
+    with pytest.raises(ValueError, match=r"load_case must lie in \[1, 2\]"):
+        read(data, tmp_path, load_case=3)
+
+
+@pytest.mark.parametrize(("argument", "value"), [("shafts", "stiff"), ("bearings", "ball"), ("mesh", "fast")])
+def test_unknown_choices_are_refused(argument, value, tmp_path):
+    with pytest.raises(ValueError, match=f"{argument} must be"):
+        read(two_stages(), tmp_path, **{argument: value})
 
 
 def test_planetary_sets_are_not_written(tmp_path):

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ring_gears import COARSE, planet, ring, ring_pair
+from spatial_meshes import mesh_of_spins
 
 import exugear
 import fem
-from exugear.contact.reference_configuration import rotational_frame
-from exugear.reporting.graphics import gear_graphics, gear_outline, meshing_angles
+from exugear import graphics
 from fem.units import deg, mm, um
 
 PAIR = ring_pair(a=abs(ring_pair().a) - 0.05 * mm)
@@ -34,9 +34,14 @@ def test_signs_are_those_of_a_ring_pair():
     for name in ("alpha_wt", "beta_b", "back_phase", "b"):
         assert getattr(PAIR, name) == pytest.approx(getattr(table, name))
     assert PAIR.wheel.r_b == pytest.approx(table.wheel.r_b)
-    frames = [rotational_frame(pair, 0.2, 1) for pair in (PAIR, table)]
-    for name in ("pitches_per_radian", "inv_alpha_wt", "tan_beta_b"):
-        assert frames[0][name] == pytest.approx(frames[1][name])
+    law = exugear.MeshForce([0.0, 0.3, 0.6], [0.0, 1e-3], [[0.0, 4e5], [0.0, 5e5], [0.0, 6e5]])
+    for turned in (0.0, 0.03, 0.2):
+        lead = 8 * um / PAIR.pinion.r_b
+        spins = turned + lead, -turned * PAIR.pinion.z / PAIR.wheel.z
+        by_gears, by_table = (mesh_of_spins(law, pair, 0.2, spins, (0.0, 0.0)) for pair in (PAIR, table))
+        assert by_gears[0] == pytest.approx(8 * um, rel=1e-6)
+        assert by_table[:2] == pytest.approx(by_gears[:2], rel=1e-9)
+        assert by_table[2] == pytest.approx(by_gears[2], rel=1e-9)
 
 
 def test_both_shafts_turn_the_same_way_in_the_ratio_of_the_teeth(ste):
@@ -82,7 +87,7 @@ def test_friction_of_a_ring_has_its_path_of_contact():
 @pytest.mark.parametrize(("theta", "direction", "phase"), [(0.0, 1, 0.0), (0.7, -1, 0.3), (2.0, 1, 0.9)])
 def test_pictures_of_pinion_and_ring_touch_without_overlap(theta, direction, phase):
     """The outline of the pinion lies inside that of the ring's space, and comes near it."""
-    angles = meshing_angles(PAIR, theta, direction, phase=phase)
+    angles = graphics.meshing_angles(PAIR, theta, direction, phase=phase)
     pinion, space = (
         complex_outline(gear, angle) for gear, angle in zip((PAIR.pinion, PAIR.wheel), angles, strict=True)
     )
@@ -94,7 +99,7 @@ def test_pictures_of_pinion_and_ring_touch_without_overlap(theta, direction, pha
 
 def complex_outline(gear: fem.Gear, angle: float) -> np.ndarray:
     """Outline as points x + iy [m]."""
-    x, y = gear_outline(gear, phase_angle=angle, points_per_tooth=48)
+    x, y = graphics.gear_outline(gear, phase_angle=angle, points_per_tooth=48)
     return x + 1j * y
 
 
@@ -109,7 +114,7 @@ def crossing_number(points: np.ndarray, polygon: np.ndarray) -> np.ndarray:
 
 def test_graphics_of_a_ring_enclose_its_volume():
     """By the divergence theorem, with triangles that face outwards; teeth and spaces even out."""
-    data = gear_graphics(ring(beta=5 * deg, d_a=139.4 * mm, d_rim=170 * mm))
+    data = graphics.gear_graphics(ring(beta=5 * deg, d_a=139.4 * mm, d_rim=170 * mm))
     points, triangles = (np.array(data[name]).reshape(-1, 3) for name in ("points", "triangles"))
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6

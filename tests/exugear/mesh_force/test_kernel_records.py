@@ -7,7 +7,6 @@ from numba import njit
 from exugear import MeshForce, Recorder
 from exugear.contact.recorder import sample_of
 from exugear.mesh_force.kernel_records import address_of, changed, reader, record_of, record_type, start_of
-from exugear.mesh_force.patches import table_at
 
 GEAR = record_type(("r_b", "f8"), ("axes", "f8", (3, 3)))
 PAIR = record_type(("teeth", "i8"), ("pinion", GEAR), ("wheel", GEAR))
@@ -37,18 +36,13 @@ def test_records_are_constant_and_copies_change():
     assert (changed(pair, teeth=24).teeth, pair.teeth) == (24, 23)
 
 
-@njit
-def backlash_at(address):
-    return table_at(address).backlash
-
-
 def test_the_table_of_a_law_has_names():
     """Potential over penetration^2 at the nodes, force at the end of the table."""
     law = MeshForce([0.0, 0.5], [0.0, 1e-5, 2e-5], [[0.0, 1e3, 2e3]] * 2, backlash=1e-4)
     assert law.table.potentials["value"] == pytest.approx(0.5e8)
     assert law.table.edges["largest"] == pytest.approx(2e-5)
     assert law.table.head.last_force == pytest.approx(2e3)
-    assert backlash_at(address_of(law.table)) == law.backlash
+    assert law.table.head.backlash == law.backlash
 
 
 def test_samples_of_ten_million_steps_are_found():

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from spatial_meshes import PAIRS, bodies_of_kinds, law_of
 
 import exugear
-from exugear.contact.contact_frame import axes_about
 from fem.units import mm, um
 
 RXYZ = exu.NodeType.RotationRxyz
@@ -35,10 +34,18 @@ SCENES = [
 ]
 
 
+def turned_to(axis) -> np.ndarray:
+    """(3, 3) rotation that turns e_z into an axis; a cyclic permutation where it is a coordinate axis."""
+    z = np.array(axis, float)
+    x = np.roll(z, 1) - np.roll(z, 1) @ z * z
+    x /= np.linalg.norm(x)
+    return np.c_[x, np.cross(z, x), z]
+
+
 def bodies_along(mbs, pair, frame, node, axis, **data):
     """Two bodies whose gears' axes lie along z of a frame."""
     given = {"inertia": InertiaCuboid(7850, [0.1, 0.1, 0.02]), "nodeType": node} | data
-    given["referenceRotationMatrix"] = frame @ axes_about(np.array(axis)).T
+    given["referenceRotationMatrix"] = frame @ turned_to(axis).T
     return [mbs.CreateRigidBody(referencePosition=frame @ [x, 0, 0], **given) for x in (0, pair.a)]
 
 
@@ -81,7 +88,7 @@ def pushed(mbs, bodies, node, axis, frame, motion, kernel) -> np.ndarray:
     q, v, jacobians = [], [], []
     for body, (displacement, attitude, twist) in zip(bodies, motion, strict=True):
         _, reference = node_of(mbs, body)
-        matrix = frame @ attitude @ axes_about(np.array(axis)).T
+        matrix = frame @ attitude @ turned_to(axis).T
         displaced = coordinates(node, reference[3:], matrix)
         jacobians.append(turns(node, reference[3:] + displaced, matrix))
         q += [*(frame @ displacement), *displaced]
@@ -152,7 +159,7 @@ def force_over_time(frame, node, axis) -> np.ndarray:
     pair, law = paper_pair(), exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
     mbs, recorder = exu.SystemContainer().AddSystem(), exugear.Recorder()
     ground, z = mbs.CreateGround(), frame[:, 2]
-    about = axes_about(np.array(axis))
+    about = turned_to(axis)
     inertia = RigidBodyInertia(mass=3, inertiaTensor=about @ np.diag([5e-3, 5e-3, 1e-2]) @ about.T)
     bodies = bodies_along(mbs, pair, frame, node, axis, inertia=inertia)
     for body, sense in zip(bodies, (1, -1), strict=True):
@@ -202,7 +209,7 @@ def deflection(node, axis, wheel_turned: float, law=None, name: str = "x") -> fl
     q = []
     for body, angle in zip(bodies, (0.0, wheel_turned), strict=True):
         _, reference = node_of(mbs, body)
-        matrix = frame @ Rotation.from_rotvec([0, 0, angle]).as_matrix() @ axes_about(np.array(axis)).T
+        matrix = frame @ Rotation.from_rotvec([0, 0, angle]).as_matrix() @ turned_to(axis).T
         q += [0, 0, 0, *coordinates(node, reference[3:], matrix)]
         if node == RXYZ:
             q[-1 if axis == UP else -3] = angle
@@ -239,7 +246,7 @@ def test_a_pair_that_is_carried_through_space_has_the_same_force(name, node, axi
             carried, q = Rotation.from_rotvec(np.radians(angle) * np.array(about) / np.linalg.norm(about)), []
             for body, spin in zip(bodies, (8 * um / pair.pinion.r_b, 0.0), strict=True):
                 _, reference = node_of(mbs, body)
-                spun = Rotation.from_rotvec([0, 0, spin]).as_matrix() @ axes_about(np.array(axis)).T
+                spun = Rotation.from_rotvec([0, 0, spin]).as_matrix() @ turned_to(axis).T
                 displaced = carried.apply(reference[:3]) - reference[:3]
                 q += [*displaced, *coordinates(node, reference[3:], carried.as_matrix() @ frame @ spun)]
             kernel(*map(float, q), *[0.0] * len(q))

@@ -52,7 +52,7 @@ def test_mode_is_drawn_with_its_largest_displacement_as_half_the_largest_radius(
 
 def test_data_of_another_kind_are_refused(model):
     data = exugear.modes(model, load=150.0)
-    with pytest.raises(ValueError, match=r"data lacks crossing_speed; pass what exugear.campbell"):
+    with pytest.raises(ValueError, match=r"data must have crossing_speed; pass what exugear.campbell"):
         plots.plot_campbell(data)
     with pytest.raises(ValueError, match=r"mode must lie in \[1, 18\]"):
         plots.plot_modes(data, mode=19)

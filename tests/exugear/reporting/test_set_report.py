@@ -5,23 +5,17 @@ import re
 import pytest
 from coupled_sets import ravigneaux
 from planetary_boxes import SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
+from report_pages import table
 
 import exugear
-from exugear.reporting import document
 from fem.units import um
 
 OPTIONS = {"progress": False, "checks": 0}
 
 
-def table(page: str, caption: str) -> list[list[str]]:
-    """Cells of the table with a caption, row by row."""
-    (body,) = re.findall(rf"<caption>Table \d+\. {re.escape(caption)}.*?<tbody>(.*?)</tbody>", page, re.DOTALL)
-    return [re.findall(r"<td.*?>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", body, re.DOTALL)]
-
-
 @pytest.fixture(autouse=True)
 def without_browser(monkeypatch):
-    monkeypatch.setattr(document, "browser", lambda: None)
+    monkeypatch.setenv("PATH", "")
 
 
 def test_a_set_on_pins_has_a_page_with_its_sharing_orbit_and_kinds_of_modes(tmp_path):

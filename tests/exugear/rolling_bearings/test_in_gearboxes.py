@@ -61,6 +61,11 @@ def test_a_duty_cycle_wears_as_its_runs_together():
     alone = [exugear.bearing_life(part, gearbox())["hours"] for part in (early, late)]
     together = exugear.bearing_life([early, late], gearbox(), shares=[3.0, 1.0])["hours"]
     assert (1 / together).values == pytest.approx((0.75 / alone[0] + 0.25 / alone[1]).values, rel=1e-3)
+    cycle = exugear.LoadSpectrum(
+        [exugear.LoadCase("early", 60.0, 100.0, 3.0), exugear.LoadCase("late", 60.0, 100.0, 1.0)]
+    )
+    by_cycle = exugear.bearing_life([early, late], gearbox(), shares=cycle)["hours"]
+    assert by_cycle.values.tolist() == together.values.tolist()
 
 
 def test_the_drag_follows_the_force_of_the_bearing():

@@ -8,10 +8,11 @@ import pytest
 import xarray as xr
 from elastic_rings import BOLTS, BUSH, box_on_ring, ring_map, ring_modes, ring_pair, set_on_ring
 from planetary_boxes import PIN, waving_law
+from ring_gears import COARSE, planet
 
 import exugear
 import fem
-from fem.units import deg
+from fem.units import deg, mm
 
 OPTIONS = {"progress": False, "checks": 0}
 SUPPORTS = pytest.mark.parametrize("support", [BUSH, BOLTS], ids=["bush", "bolts"])
@@ -123,6 +124,14 @@ def test_a_run_keeps_the_modes_of_its_ring(tmp_path):
             assert np.abs(difference).max() < 0.05 * np.ptp(slope.values)
 
 
+def test_the_report_lists_the_modes_of_the_ring(tmp_path):
+    run = exugear.run_up(exugear.build(box_on_ring()), speed=100.0, load=200.0, duration=0.01, **OPTIONS)
+    exugear.report(run, tmp_path / "ring.html")
+    page = (tmp_path / "ring.html").read_text(encoding="utf-8")
+    assert "Modes of the ring on its supports" in page
+    assert f"{float(ring_modes()['frequency'][0]):.5g}" in page
+
+
 def test_the_plan_tells_what_the_ring_does():
     with_modes, without = (
         str(exugear.plan(exugear.Gearbox([x], held="ring"))) for x in (set_on_ring(), set_on_ring(modes=False))
@@ -167,6 +176,18 @@ def test_modes_that_do_not_fit_are_refused(changes, message):
         set_on_ring(**changes)
 
 
+def test_planets_in_space_see_the_ring_as_those_in_the_plane():
+    """The unreduced set: the same mesh forces and amplitudes, and closed books."""
+    box = box_on_ring(pin=PIN)
+    options = {"speed": 100.0, "load": 200.0, "duration": 0.004, "sample": 4e-5, "step": 2e-6, "power": True, **OPTIONS}
+    planar = exugear.run_up(exugear.build(box), **options)
+    space = exugear.run_up(exugear.build(box, plan=exugear.plan(box).with_bodies()), **options)
+    assert space.energy_balance().relative < 2e-8
+    for name in ("dte", "ring_amplitude"):
+        swing = float(np.ptp(planar.data[name].values))
+        assert float(np.abs(space.data[name] - planar.data[name]).max()) < 1e-4 * swing
+
+
 def test_a_ring_that_turns_or_stands_on_bearings_is_refused():
     of_set = set_on_ring()
     with pytest.raises(ValueError, match=r"ring 'ring' has modes, but turns; hold it"):
@@ -176,6 +197,13 @@ def test_a_ring_that_turns_or_stands_on_bearings_is_refused():
         set_on_ring(ring=exugear.Shaft("ring", {0.0: [of_set.ring_pair.wheel, bearing]}))
     with pytest.raises(ValueError, match=r"modes must be fem.ring_modes of the pair of ste|ring_modes are of"):
         set_on_ring(ring_modes=ring_modes(BOLTS))
+    tight = fem.GearPair(planet(24, 0.0), of_set.ring_pair.wheel, a=-45.0 * mm)
+    with pytest.raises(ValueError, match="its pair has no backlash"):
+        set_on_ring(
+            ring_mesh=fem.ste_map(tight, [0, 10.0], [0, 0.3, 0.6], [[0.0] * 3, [1e-5] * 3]),
+            sun_pair=fem.GearPair(of_set.sun_pair.pinion, tight.pinion, a=45.0 * mm),
+            ring_modes=ring_modes().assign_attrs(fem.ring_modes(tight, 2, resolution=COARSE).attrs),
+        )
 
 
 def test_steady_states_are_refused():

@@ -289,9 +289,10 @@ def ripples_of(maps: list, shafts: dict, angles: tuple, harmonics: int = 3) -> n
     run = {"speed": 20.0, "load": 1000.0, "duration": 0.08, "progress": False, "checks": 0}
     slow = exugear.run_up(exugear.build(box), **run).data
     cycles = 20.0 * (99 / 120) * 21 / (2 * pi) * slow["time"].values
-    whole = (cycles > 0.5) & (cycles < 0.5 + int(cycles[-1] - 0.5))
-    error = slow["dte"].values[:2].sum(axis=0)[whole]
-    return np.array([abs(np.mean(error * np.exp(-2j * pi * i * cycles[whole]))) for i in range(1, harmonics + 1)])
+    later, orders = cycles > 0.5, 2j * pi * np.arange(-8, 9)
+    error = slow["dte"].values[:2].sum(axis=0)[later]
+    amplitudes = np.linalg.lstsq(np.exp(np.outer(cycles[later], orders)), error.astype(complex), rcond=None)[0]
+    return np.abs(amplitudes[9 : 9 + harmonics])
 
 
 @pytest.mark.slow

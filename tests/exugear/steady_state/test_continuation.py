@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from exugear.steady_state import branch as branches
-from exugear.steady_state.branch import Branch, chord_of
 from exugear.steady_state.continuation import located
 from exugear.steady_state.periodic_orbit import OrbitPoint
 
@@ -42,6 +41,6 @@ def test_no_fold_is_marked_between_orbits_where_the_iteration_fails():
 def test_an_orbit_at_the_end_of_a_branch_lies_on_it_but_for_rounding(monkeypatch):
     """Else a sweep that starts there follows the branch a second time."""
     monkeypatch.setattr(branches, "PeriodicOrbits", Orbits)
-    branch = Branch([point(x, 1.0) for x in (1.4, 1.5, 1.6)], 1, True)
-    assert chord_of(branch, point(np.nextafter(1.6, 2.0), 1.0), None) == 1
-    assert chord_of(branch, point(1.61, 1.0), None) is None
+    branch = branches.Branch([point(x, 1.0) for x in (1.4, 1.5, 1.6)], 1, True)
+    assert branches.chord_of(branch, point(np.nextafter(1.6, 2.0), 1.0), None) == 1
+    assert branches.chord_of(branch, point(1.61, 1.0), None) is None

@@ -13,7 +13,6 @@ import exugear
 import fem
 from exugear.steady_state import steady_system
 from exugear.steady_state.gearbox_reduction import reduced
-from exugear.steady_state.steady_system import SteadySystem, not_forgotten
 from fem.units import mm, rpm, um
 
 
@@ -132,13 +131,13 @@ def test_a_point_of_a_long_period_costs_few_motions_over_it(monkeypatch):
     model, motions = common_period_of_36(), {"settled": 0, "periods_end": 0}
 
     def counted(name):
-        method = getattr(SteadySystem, name)
+        method = getattr(steady_system.SteadySystem, name)
 
         def wrapper(*arguments):
             motions[name] += 1
             return method(*arguments)
 
-        monkeypatch.setattr(SteadySystem, name, wrapper)
+        monkeypatch.setattr(steady_system.SteadySystem, name, wrapper)
 
     for name in motions:
         counted(name)
@@ -155,7 +154,7 @@ def test_what_a_long_period_forgets_is_left_out_of_its_slopes(monkeypatch):
     states = system.settled(np.zeros(system.size), frequency, 4)
 
     def counted(*matrices):
-        left = not_forgotten(*matrices)
+        left = steady_system.not_forgotten(*matrices)
         columns.append(left[0].shape[1])
         return left
 

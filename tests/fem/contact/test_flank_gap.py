@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 from contacts import position_of, single_slice
+from hypothesis import given
+from hypothesis import strategies as st
 from paper_gears import paper_gear, paper_pair
+from whole_section import FACES
 
 import fem
 from fem.contact.flank_gap import between_normals, first_roll, sections_of, turn_to_contact, write_gaps
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
-from fem.contact.strip_contact import StripContact, local_compliance
+from fem.contact.strip_contact import CAPACITY, StripContact, local_compliance
+from fem.elasticity.half_space import along_line
 from fem.units import deg, mm, um
 
 
@@ -156,3 +160,17 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
         assert cut.any()
         assert beyond[cut] == pytest.approx(0, abs=1e-12 * pair.a)
         assert (beyond[meet] <= 1e-12 * pair.a).all()
+
+
+@given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([FACES["any"], FACES["equal"]]))
+def test_compliance_of_strips_is_positive_definite(lengths, face):
+    """Slices of a hundredth to ten times the width of a strip; half-planes clamped at a quarter of all strips."""
+    edges = np.append(0, np.cumsum(lengths))
+    depth = CAPACITY * STRIPS
+    along = along_line(edges, edges[-1], depth, face)
+    n = len(lengths)
+    ones = np.ones((n, STRIPS))
+    local, _ = local_compliance(ones, True, depth, 1 / np.diff(edges), ones, ones)
+    compliance = np.zeros((n, STRIPS, n, STRIPS)) + along[:, None, :, None]
+    compliance[range(n), :, range(n)] += local
+    assert np.linalg.eigvalsh(compliance.reshape(n * STRIPS, -1)).min() > 0

@@ -6,11 +6,11 @@ from contacts import position_of
 from hypothesis import given
 from hypothesis import strategies as st
 from paper_gears import paper_gear, paper_pair
+from whole_section import FACES
 
 import fem
 from fem.contact.contact_state import State
 from fem.contact.loaded_width import LEAST_REACH, SHORT, FaceSlicing, positive_range, union
-from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.units import mm, um
 
 
@@ -33,10 +33,10 @@ def test_the_search_returns_the_width_on_which_crowned_flanks_overlap(te):
     """Crowning C_beta over b: they overlap by te where C_beta (2 z / b)^2 < te."""
     crowned = paper_gear(flank=fem.LeadCrowning(10 * um))
     pair = fem.GearPair(crowned, paper_gear(), a=150 * mm)
-    slicing = FaceSlicing(position_of(pair), HalfFace(), 10)
+    slicing = FaceSlicing(position_of(pair), FACES["equal"], 10)
 
     def solve(slices, last: State) -> State:
-        return State(te, slices, np.ones(slices.low.size), np.zeros(slices.low.size), HalfFace())
+        return State(te, slices, np.ones(slices.low.size), np.zeros(slices.low.size), FACES["equal"])
 
     state = slicing.loaded(solve(slicing.whole, None), 0.0, solve)
     wanted = pair.b / 2 * np.sqrt(te / (10 * um))
@@ -46,12 +46,12 @@ def test_the_search_returns_the_width_on_which_crowned_flanks_overlap(te):
 
 def test_a_loaded_width_that_does_not_converge_raises_with_a_remedy():
     pair = paper_pair()
-    slicing = FaceSlicing(position_of(pair), WholeFace(), 4)
+    slicing = FaceSlicing(position_of(pair), FACES["any"], 4)
     growing = iter(-11.5 * um + 0.02 * um * 1.3 ** np.arange(30))
 
     def solve(slices, last) -> State:
         force = np.where(slices.number == 0, 1.0, 0.0)
-        return State(next(growing), slices, force, 0 * force, WholeFace())
+        return State(next(growing), slices, force, 0 * force, FACES["any"])
 
     with pytest.raises(RuntimeError, match="the loaded width did not converge; try a neighbouring phase"):
         slicing.loaded(solve(slicing.whole, None), 1e-3, solve)

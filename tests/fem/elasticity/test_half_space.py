@@ -14,8 +14,6 @@ from whole_section import FACES
 
 import fem
 from fem import Density, Resolution
-from fem.contact.strip_bounds import STRIPS
-from fem.contact.strip_contact import CAPACITY, local_compliance
 from fem.elasticity.half_space import along_line
 from fem.units import mm, um
 
@@ -57,20 +55,6 @@ def test_end_faces_mirror_the_forces_that_reach_them():
     upper = along_line(edges[20:], 1.0, 0.01, HALF)
     whole = along_line(edges, 1.0, 0.01, WHOLE)
     assert upper == pytest.approx((whole + whole[::-1])[20:, 20:])
-
-
-@given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WHOLE, HALF]))
-def test_compliance_of_strips_is_positive_definite(lengths, face):
-    """Slices of a hundredth to ten times the width of a strip; half-planes clamped at a quarter of all strips."""
-    edges = np.append(0, np.cumsum(lengths))
-    depth = CAPACITY * STRIPS
-    along = along_line(edges, edges[-1], depth, face)
-    n = len(lengths)
-    ones = np.ones((n, STRIPS))
-    local, _ = local_compliance(ones, True, depth, 1 / np.diff(edges), ones, ones)
-    compliance = np.zeros((n, STRIPS, n, STRIPS)) + along[:, None, :, None]
-    compliance[range(n), :, range(n)] += local
-    assert np.linalg.eigvalsh(compliance.reshape(n * STRIPS, -1)).min() > 0
 
 
 def elliptical_contact(force: float, radius_along: float, radius_across: float) -> tuple[float, float]:

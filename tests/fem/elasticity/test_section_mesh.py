@@ -10,7 +10,6 @@ from twins import section_compliance
 import fem
 from fem import Density, section
 from fem.elasticity import section_mesh
-from fem.elasticity.section_mesh import flank_nodes
 from fem.units import mm
 
 EDGES = (25 * mm, 31 * mm)
@@ -43,7 +42,7 @@ def test_graded_section_has_the_area_and_flank_of_the_gear(divide):
     areas = [Basis(mesh, ElementQuad2()).dx.sum() for mesh in (plain, graded)]
     assert areas[1] == pytest.approx(areas[0], rel=1e-5)
     assert det(graded.mapping().DF(np.full((2, 1), 0.5))).min() > 0
-    roll = np.sqrt((flank_nodes(gear, graded, 0) ** 2).sum(axis=0) - gear.r_b**2)
+    roll = np.sqrt((section_mesh.flank_nodes(gear, graded, 0) ** 2).sum(axis=0) - gear.r_b**2)
     assert (np.diff(roll) > 0).all()
     assert np.abs(roll[:, None] - EDGES).min(axis=0) == pytest.approx(0, abs=1e-9)
     assert roll[[0, -1]] == pytest.approx([gear.roll_form, gear.roll_tip])

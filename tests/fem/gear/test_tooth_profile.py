@@ -11,7 +11,6 @@ from strategies import gears
 import fem
 from fem import Density, Gear, section
 from fem.gear import tooth_profile
-from fem.gear.tooth_root import Arc, Trochoid
 from fem.units import deg, mm
 
 SHARES = np.linspace(0, 1, 41)
@@ -167,7 +166,7 @@ def test_undercut_shortens_the_involute_and_thins_the_root():
 @pytest.mark.parametrize(("z", "on_line"), [(60, False), (24, True)])
 def test_given_fillet_is_an_arc_tangent_to_both_its_ends(z, on_line):
     gear = gear_of(z=z, fillet=0.6 * mm)
-    assert isinstance(gear.root, Arc) and gear.root.on_line is on_line
+    assert type(gear.root).__name__ == "Arc" and gear.root.on_line is on_line
     points = tooth_profile.cartesian(tooth_profile.fillet(gear, np.linspace(0.6, 1, 9)))
     centre = tooth_profile.cartesian(tooth_profile.Polar(np.array([gear.r_f + 0.6 * mm]), np.array([gear.root.psi_f])))
     assert np.hypot(*(points - centre)) == pytest.approx(0.6 * mm, rel=1e-9)
@@ -180,7 +179,7 @@ def test_given_fillet_is_an_arc_tangent_to_both_its_ends(z, on_line):
 def test_tools_with_smaller_tip_radius_leave_less_material_in_the_root():
     """Arc and trochoid of about the same radius are close to each other."""
     rack, arc = gear_of(z=60), gear_of(z=60, fillet=0.9 * mm)
-    assert isinstance(rack.root, Trochoid)
+    assert type(rack.root).__name__ == "Trochoid"
     assert arc.r_form == pytest.approx(rack.r_form, abs=0.2 * mm)
     assert gear_of(z=60, fillet=0.5 * mm).r_form < arc.r_form
 

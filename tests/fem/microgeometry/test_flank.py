@@ -13,7 +13,6 @@ from strategies import gears, modifications
 
 import fem
 from fem.microgeometry import flank
-from fem.microgeometry.flank import removed
 from fem.units import mm, um
 
 FACE = paper_gear().face._replace(roll_form=18 * mm, roll_tip=33 * mm, r_b=69.6 * mm, land=np.inf)
@@ -37,10 +36,10 @@ def stored(pair: fem.GearPair, path) -> fem.GearPair:
 @given(modifications(z=57))
 @SEVERAL
 def test_sums_do_not_depend_on_the_order(parts):
-    sums = [removed(order, FACE, ROLL, AXIAL, tooth=3) for order in permutations(parts)]
+    sums = [flank.removed(order, FACE, ROLL, AXIAL, tooth=3) for order in permutations(parts)]
     assert sums[0].shape == (9, 39)
     assert np.ptp(sums, axis=0).max() < 1e-12 * um
-    alone = sum((removed((part,), FACE, ROLL, AXIAL, tooth=3) for part in parts), np.zeros((9, 39)))
+    alone = sum((flank.removed((part,), FACE, ROLL, AXIAL, tooth=3) for part in parts), np.zeros((9, 39)))
     assert sums[0] == pytest.approx(alone, abs=1e-12 * um)
 
 
@@ -48,7 +47,7 @@ def test_sums_do_not_depend_on_the_order(parts):
 @SEVERAL
 def test_modifications_are_continuous(parts, roll, axial):
     """A nanometre along the flank changes the material by no more than the steepest slope allows."""
-    near = removed(parts, FACE, roll + np.array([0, 1e-9]), axial + np.array([[0], [1e-9]]))
+    near = flank.removed(parts, FACE, roll + np.array([0, 1e-9]), axial + np.array([[0], [1e-9]]))
     assert np.ptp(near) < 2e-9 * 20
 
 
@@ -71,10 +70,10 @@ def test_relief_by_diameter_is_relief_by_roll_length(gear, share):
         (fem.RootRelief(9 * um, d_Cf=d, power=2), fem.RootRelief(9 * um, roll - gear.roll_form, power=2)),
     ):
         relieved = replace(gear, flank=[by_diameter])
-        assert removed(relieved.drive_flank, relieved.face, at, 0) == pytest.approx(
-            removed((by_length,), gear.face, at, 0), abs=1e-6 * um
+        assert flank.removed(relieved.drive_flank, relieved.face, at, 0) == pytest.approx(
+            flank.removed((by_length,), gear.face, at, 0), abs=1e-6 * um
         )
-        assert removed(relieved.drive_flank, relieved.face, [roll], 0) == pytest.approx(0, abs=1e-6 * um)
+        assert flank.removed(relieved.drive_flank, relieved.face, [roll], 0) == pytest.approx(0, abs=1e-6 * um)
 
 
 @pytest.mark.parametrize("amount", [15 * um, 50 * um])
@@ -92,10 +91,10 @@ def test_pitch_deviation_displaces_its_tooth_alone():
     values = np.zeros(57)
     values[[0, 1, 56]] = 3 * um, -2 * um, 7 * um
     parts = (fem.PitchDeviation(values), fem.LeadCrowning(5 * um))
-    plain = removed(parts[1:], FACE, ROLL, AXIAL)
+    plain = flank.removed(parts[1:], FACE, ROLL, AXIAL)
     for tooth, value in ((0, 3), (1, -2), (2, 0), (-1, 7), (56, 7), (58, -2)):
-        assert removed(parts, FACE, ROLL, AXIAL, tooth=tooth) - plain == pytest.approx(value * um, abs=1e-12 * um)
-    assert removed(parts, FACE, ROLL, AXIAL) == pytest.approx(plain + 3 * um)
+        assert flank.removed(parts, FACE, ROLL, AXIAL, tooth=tooth) - plain == pytest.approx(value * um, abs=1e-12 * um)
+    assert flank.removed(parts, FACE, ROLL, AXIAL) == pytest.approx(plain + 3 * um)
 
 
 def test_left_and_right_flanks_may_have_different_modifications():
@@ -105,8 +104,8 @@ def test_left_and_right_flanks_may_have_different_modifications():
     same = paper_gear(flank=[left, right])
     assert same.drive_flank == same.coast_flank == (left, right)
     assert gear != same
-    one_sided = removed(gear.drive_flank, gear.face, ROLL, AXIAL)
-    assert one_sided == pytest.approx(removed((left,), gear.face, ROLL, AXIAL))
+    one_sided = flank.removed(gear.drive_flank, gear.face, ROLL, AXIAL)
+    assert one_sided == pytest.approx(flank.removed((left,), gear.face, ROLL, AXIAL))
 
 
 def test_grid_reproduces_bilinear_fields_and_continues_constant():
@@ -116,10 +115,10 @@ def test_grid_reproduces_bilinear_fields_and_continues_constant():
         return 2e-4 * s - 1e-4 * z + 0.03 * s * z
 
     grid = fem.Grid(roll, axial, field(roll[:, None], axial))
-    inside = removed((grid,), FACE, np.linspace(18, 33, 31) * mm, np.linspace(-10, 10, 21)[:, None] * mm)
+    inside = flank.removed((grid,), FACE, np.linspace(18, 33, 31) * mm, np.linspace(-10, 10, 21)[:, None] * mm)
     exact = field(np.linspace(18, 33, 31) * mm, np.linspace(-10, 10, 21)[:, None] * mm)
     assert inside == pytest.approx(exact, abs=1e-15)
-    outside = removed((grid,), FACE, np.array([10, 40]) * mm, np.array([[-12], [12]]) * mm)
+    outside = flank.removed((grid,), FACE, np.array([10, 40]) * mm, np.array([[-12], [12]]) * mm)
     corners = field(np.array([18, 33]) * mm, np.array([[-10], [10]]) * mm)
     assert outside == pytest.approx(corners, abs=1e-15)
 
@@ -131,7 +130,7 @@ def test_grid_of_a_smooth_flank_converges_with_the_square_of_its_spacing():
         lines = np.linspace(18, 33, n) * mm
         values = np.repeat(part.removed(FACE, lines, 0.0)[:, None], 2, axis=1)
         grid = fem.Grid(lines, [-11 * mm, 11 * mm], values)
-        errors.append(np.abs(removed((grid,), FACE, fine, 0) - part.removed(FACE, fine, 0.0)).max())
+        errors.append(np.abs(flank.removed((grid,), FACE, fine, 0) - part.removed(FACE, fine, 0.0)).max())
     assert np.array(errors[:-1]) / errors[1:] == pytest.approx(4, rel=0.02)
 
 
@@ -189,7 +188,7 @@ def test_modifications_that_users_write_are_added_to_the_others():
             return 1 * um * np.sin(roll / mm) + 0 * axial
 
     gear = paper_gear(flank=[Wave(), fem.HelixSlope(2 * um)])
-    total = removed(gear.flank, gear.face, ROLL, AXIAL)
+    total = flank.removed(gear.flank, gear.face, ROLL, AXIAL)
     assert total == pytest.approx(1 * um * np.sin(ROLL / mm) + 2 * um * AXIAL / (23 * mm), abs=1e-18)
 
 
@@ -275,7 +274,7 @@ def test_modifications_at_their_ends():
     assert lead[:, 0] == pytest.approx([10, 0, 10])
     assert slope[:, 0] == pytest.approx([-3, 0, 3])
     assert end[:, 0] == pytest.approx([12, 0, 12])
-    together = removed(ALL, FACE, roll, axial) / um
+    together = flank.removed(ALL, FACE, roll, axial) / um
     assert together == pytest.approx(tip + root + profile + lead + slope + end)
 
 
@@ -333,6 +332,6 @@ def test_modifications_end_with_the_flank():
     gear = paper_gear()
     parts = (fem.RootRelief(-8 * um, 0.1 * mm, 2.9), fem.TipRelief(5 * um, 0.2 * mm, 2.0))
     ends = np.array([gear.roll_form, gear.roll_tip])
-    beyond = removed(parts, gear.face, ends + np.array([-3, 3]) * mm, 0.0)
-    assert beyond == pytest.approx(removed(parts, gear.face, ends, 0.0))
+    beyond = flank.removed(parts, gear.face, ends + np.array([-3, 3]) * mm, 0.0)
+    assert beyond == pytest.approx(flank.removed(parts, gear.face, ends, 0.0))
     assert np.abs(beyond).max() < 10 * um

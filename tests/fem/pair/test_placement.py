@@ -6,6 +6,7 @@ from contacts import position_of
 from helical_gears import helical
 from involutes import involute_flank
 from paper_gears import few_teeth, paper_gear
+from ring_gears import helical_ring_pair, ring_pair
 
 import fem
 from fem.pair.placement import Placement, meshing_angles, placements
@@ -59,3 +60,26 @@ def test_teeth_turn_by_a_pitch_a_mesh_cycle():
         start, end = (meshing_angles(pair, 0.2, direction, phase=phase) for phase in (0.25, 1.25))
         turned = np.subtract(end, start)
         assert turned == pytest.approx([direction * 2 * np.pi / pair.pinion.z, -direction * 2 * np.pi / pair.wheel.z])
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
+def test_points_of_contact_are_points_of_both_flanks(phase):
+    """The placements put the same point of the line of action on both involutes, of spur and helical pairs."""
+    for pair in (ring_pair(), helical_ring_pair()):
+        position = position_of(pair, phase)
+        roll = position.nominal(0, 0.0)
+        points = []
+        for placed, own_roll in zip(placements(position), (roll, pair.path_of_contact.on_wheel(roll)), strict=True):
+            gear = placed.gear
+            r = gear.sign * np.hypot(gear.r_b, own_roll)
+            psi = gear.psi_b - (own_roll / gear.r_b - np.arctan(own_roll / gear.r_b))
+            points.append(placed.centre[0] + r * np.exp(1j * (placed.angle + psi)))
+        assert points[0] == pytest.approx(points[1], abs=1e-15)
+
+
+def test_the_tooth_of_the_ring_lies_at_its_meshing_angle():
+    """At the pitch point the teeth of both gears lie on the same side of the pinion, half a pitch apart or less."""
+    pair = ring_pair()
+    pinion, wheel = meshing_angles(pair, 0.4)
+    assert abs(pinion - 0.4) < np.pi / pair.pinion.z
+    assert abs((wheel - 0.4 + np.pi) % (2 * np.pi) - np.pi) < np.pi / -pair.wheel.z

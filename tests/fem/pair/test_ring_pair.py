@@ -2,16 +2,13 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from contacts import position_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from ring_gears import helical_ring_pair, planet, ring, ring_pair, wind_turbine_stage
+from ring_gears import planet, ring, ring_pair, wind_turbine_stage
 
 import fem
 from fem import iso6336
-from fem.pair.placement import meshing_angles, placements
 from fem.units import deg, mm
 
 
@@ -44,29 +41,6 @@ def test_backlash_grows_as_the_pinion_moves_towards_the_ring_s_centre():
     assert loose.data_sheet()["j_r"].value == pytest.approx(0.05 * mm)
     with pytest.raises(ValueError, match=r"backlash must be >= 0, .* reduce \|a\|, a = -46.9149 mm, or reduce s_n"):
         replace(tight, a=abs(tight.a) + 0.02 * mm)
-
-
-@pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
-def test_points_of_contact_are_points_of_both_flanks(phase):
-    """The placements put the same point of the line of action on both involutes, of spur and helical pairs."""
-    for pair in (ring_pair(), helical_ring_pair()):
-        position = position_of(pair, phase)
-        roll = position.nominal(0, 0.0)
-        points = []
-        for placed, own_roll in zip(placements(position), (roll, pair.path_of_contact.on_wheel(roll)), strict=True):
-            gear = placed.gear
-            r = gear.sign * np.hypot(gear.r_b, own_roll)
-            psi = gear.psi_b - (own_roll / gear.r_b - np.arctan(own_roll / gear.r_b))
-            points.append(placed.centre[0] + r * np.exp(1j * (placed.angle + psi)))
-        assert points[0] == pytest.approx(points[1], abs=1e-15)
-
-
-def test_the_tooth_of_the_ring_lies_at_its_meshing_angle():
-    """At the pitch point the teeth of both gears lie on the same side of the pinion, half a pitch apart or less."""
-    pair = ring_pair()
-    pinion, wheel = meshing_angles(pair, 0.4)
-    assert abs(pinion - 0.4) < np.pi / pair.pinion.z
-    assert abs((wheel - 0.4 + np.pi) % (2 * np.pi) - np.pi) < np.pi / -pair.wheel.z
 
 
 @pytest.mark.parametrize(

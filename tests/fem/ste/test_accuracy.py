@@ -9,6 +9,7 @@ from coarse_maps import ROUGH, SLICES, STRIPS, map_of, te_of
 from contacts import model_of
 from modified_pairs import wide_helical
 from paper_gears import paper_gear
+from scipy.interpolate import CubicSpline
 
 import fem
 from exugear.mesh_force.ste_interpolation import loaded_deflection
@@ -27,7 +28,6 @@ from fem.ste.error_estimation import (
     torque_error,
 )
 from fem.ste.load_interpolation import deflection_under
-from fem.ste.ste_map import at_phases
 from fem.ste.te_measures import curve_peak_to_peak
 from fem.units import deg, mm, um
 
@@ -36,9 +36,10 @@ def true_errors(pair, torque, phases: int, resolution, truth) -> dict[str, np.nd
     """Error by each cause, from a finer mesh, four times the phases, and torques between those of the map."""
     te = te_of(pair, torque, phases, resolution)
     phase, dense = np.arange(phases) / phases, np.arange(4 * phases) / (4 * phases)
+    closed = CubicSpline(np.append(phase, 1.0), np.c_[te, te[:, :1]], axis=1, bc_type="periodic")
     return {
         "error_mesh": rms(np.subtract(*(te_of(pair, torque, MESHED_PHASES, mesh) for mesh in (resolution, truth)))),
-        "error_phase": rms(at_phases(phase, te, dense) - te_of(pair, torque, 4 * phases, resolution)),
+        "error_phase": rms(closed(dense) - te_of(pair, torque, 4 * phases, resolution)),
         "error_torque": true_torque_errors(pair, torque, 4 * phases, resolution),
     }
 

@@ -12,8 +12,7 @@ from threading import Barrier, Event
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-import fem.support.blas_threads
-from fem.support.blas_threads import cores, one_thread, side_by_side
+from fem.support import blas_threads
 
 
 @pytest.fixture(autouse=True)
@@ -32,14 +31,14 @@ def test_limit_ends_with_the_last_of_overlapping_contexts():
     began, entered, left = Event(), Event(), Event()
 
     def first():
-        with one_thread():
+        with blas_threads.one_thread():
             began.set()
             assert entered.wait(10)
         left.set()
 
     def second():
         assert began.wait(10)
-        with one_thread():
+        with blas_threads.one_thread():
             entered.set()
             assert left.wait(10)
             return threads()
@@ -57,7 +56,7 @@ def test_many_overlapping_contexts():
     def work(_):
         barrier.wait(10)
         for _ in range(20):
-            with one_thread(), one_thread():
+            with blas_threads.one_thread(), blas_threads.one_thread():
                 assert threads() == {1}
 
     with ThreadPoolExecutor(4) as executor:
@@ -66,7 +65,7 @@ def test_many_overlapping_contexts():
 
 
 def test_limit_ends_with_an_error():
-    with pytest.raises(RuntimeError), one_thread():
+    with pytest.raises(RuntimeError), blas_threads.one_thread():
         raise RuntimeError
     assert threads() == {2}
 
@@ -86,15 +85,15 @@ def test_threads_are_set_with_and_without_owners_of_a_pool(monkeypatch, owned):
             self.deposed += force
 
     pool = OwnedPool() if owned else Pool()
-    monkeypatch.setattr(fem.support.blas_threads, "_shared", lambda: [pool])
-    with one_thread():
+    monkeypatch.setattr(blas_threads, "_shared", lambda: [pool])
+    with blas_threads.one_thread():
         assert pool.num_threads == 1
     assert (pool.num_threads, pool.deposed) == (2, 4 * owned)
 
 
 def test_tasks_run_side_by_side_in_the_callers_context(monkeypatch):
     """Each waits until both have begun; results keep the order of the tasks."""
-    monkeypatch.setattr(fem.support.blas_threads, "cores", lambda: 2)
+    monkeypatch.setattr(blas_threads, "cores", lambda: 2)
     barrier, setting = Barrier(2), ContextVar("setting", default="none")
     setting.set("caller's")
 
@@ -102,19 +101,19 @@ def test_tasks_run_side_by_side_in_the_callers_context(monkeypatch):
         barrier.wait(10)
         return number, setting.get()
 
-    assert list(side_by_side([partial(task, 1), partial(task, 2)])) == [(1, "caller's"), (2, "caller's")]
+    assert list(blas_threads.side_by_side([partial(task, 1), partial(task, 2)])) == [(1, "caller's"), (2, "caller's")]
 
 
 def test_error_of_a_task_reaches_the_caller(monkeypatch):
-    monkeypatch.setattr(fem.support.blas_threads, "cores", lambda: 2)
+    monkeypatch.setattr(blas_threads, "cores", lambda: 2)
     with pytest.raises(ZeroDivisionError):
-        list(side_by_side([lambda: 1 / 0, lambda: 1]))
+        list(blas_threads.side_by_side([lambda: 1 / 0, lambda: 1]))
 
 
 def test_workers_take_one_core():
     """Threads and processes of an executor, which spreads the work itself."""
-    assert cores() >= 1
+    assert blas_threads.cores() >= 1
     with ThreadPoolExecutor(1) as executor:
-        assert executor.submit(cores).result() == 1
+        assert executor.submit(blas_threads.cores).result() == 1
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        assert executor.submit(cores).result() == 1
+        assert executor.submit(blas_threads.cores).result() == 1

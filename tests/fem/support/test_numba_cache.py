@@ -188,6 +188,17 @@ def test_functions_that_enclose_different_numbers_are_kept_apart_by_processes(tm
         assert process.stdout.strip() == str(expected), process.stderr
 
 
+@pytest.mark.parametrize("enclosed", [abs, 2.0, (2, 3)], ids=["function", "float", "tuple"])
+def test_functions_that_enclose_more_than_whole_numbers_are_refused(enclosed):
+    """They would get a new name in every session and miss the cache, or share it with other code."""
+
+    def product(x):
+        return enclosed * x
+
+    with pytest.raises(TypeError, match=r"product may enclose whole numbers only.*got enclosed ="):
+        fem.support.numba_cache.kept(product)
+
+
 #: Results of `VARIANTS` in a process whose user has no entry among those of the system.
 NO_ENTRY = """
 import os, pwd

@@ -10,7 +10,6 @@ from tqdm import tqdm
 
 import fem
 from fem.support import progress
-from fem.support.progress import announced, bar, shown
 
 
 @pytest.fixture(autouse=True)
@@ -22,17 +21,17 @@ def at_once(monkeypatch):
 
 
 def test_a_bar_moves_by_costs(capsys):
-    with shown(True):
-        for _ in bar("abc", "work", [1, 3, 4]):
+    with progress.shown(True):
+        for _ in progress.bar("abc", "work", [1, 3, 4]):
             sleep(0.2)
     output = capsys.readouterr().err
     assert "work:  12%" in output and "work:  50%" in output
 
 
 def test_no_bar_without_request_even_after_a_failure(capsys):
-    with pytest.raises(RuntimeError), shown(True):
+    with pytest.raises(RuntimeError), progress.shown(True):
         raise RuntimeError
-    list(bar("ab", "work", [1, 3]))
+    list(progress.bar("ab", "work", [1, 3]))
     assert capsys.readouterr().err == ""
 
 
@@ -47,21 +46,21 @@ def test_choosing_an_accuracy_shows_its_stages(monkeypatch, tmp_path, capsys):
 
 
 def test_long_work_is_announced_while_it_lasts(capsys):
-    with shown(True), announced("factorizing", before=61.0):
+    with progress.shown(True), progress.announced("factorizing", before=61.0):
         sleep(0.1)
-    with announced("compiling", once=True):
+    with progress.announced("compiling", once=True):
         sleep(0.1)
     output = capsys.readouterr().err
     assert "factorizing: 01:01" in output and "compiling, once after an installation: 00:00" in output
 
 
 def test_short_work_is_not_announced_nor_is_any_without_request(monkeypatch, capsys):
-    with shown(False), announced("compiling", once=True):
+    with progress.shown(False), progress.announced("compiling", once=True):
         sleep(0.1)
-    with announced("factorizing"):
+    with progress.announced("factorizing"):
         sleep(0.1)
     monkeypatch.setattr(progress, "DELAY", 10.0)
-    with shown(True), announced("factorizing"):
+    with progress.shown(True), progress.announced("factorizing"):
         sleep(0.1)
     assert capsys.readouterr().err == ""
 
@@ -77,10 +76,10 @@ def test_a_log_has_lines_instead_of_bars(monkeypatch, capsys):
     """At the begin, now and then, and at the end; after an error too."""
     monkeypatch.setattr(progress, "on_terminal", lambda: False)
     monkeypatch.setattr(progress, "LINES", (0.1, 0.3))
-    with shown(True):
-        for _ in bar("abcd", "work"):
+    with progress.shown(True):
+        for _ in progress.bar("abcd", "work"):
             sleep(0.1)
-        with pytest.raises(RuntimeError), announced("factorizing", before=61.0):
+        with pytest.raises(RuntimeError), progress.announced("factorizing", before=61.0):
             sleep(0.05)
             raise RuntimeError
     output = capsys.readouterr().err
@@ -97,9 +96,9 @@ def test_a_log_has_lines_instead_of_bars(monkeypatch, capsys):
 
 def test_a_log_is_silent_without_request_and_for_short_work(monkeypatch, capsys):
     monkeypatch.setattr(progress, "on_terminal", lambda: False)
-    with shown(False):
-        list(bar("abcd", "work"))
+    with progress.shown(False):
+        list(progress.bar("abcd", "work"))
     monkeypatch.setattr(progress, "DELAY", 1.0)
-    with shown(True):
-        list(bar("abcd", "work"))
+    with progress.shown(True):
+        list(progress.bar("abcd", "work"))
     assert capsys.readouterr().err == ""

@@ -1,0 +1,155 @@
+"""Load cases and duty cycles: speed, load and share of the time of each operating point."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite, pi
+from typing import Annotated
+
+import numpy as np
+import xarray as xr
+
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.shaft_loads import ExternalForce
+from fem.support.arguments import FilePath, checked
+from fem.support.representation import quantity
+from fem.support.tables import read_table
+from fem.support.validation import number, require, text_of
+
+#: Seconds of an hour; difference of the sum of shares from 1 that is rounding in a table.
+HOUR, ROUNDING = 3600.0, 0.01
+#: Columns of a table of load cases and their SI units.
+COLUMNS = {"speed": "rad/s", "torque": "N m", "load": "N m", "share": "1", "time": "s"}
+
+
+def check_torques(name: str, value) -> None:
+    """ValueError unless the value maps names of shafts to finite torques."""
+    named = isinstance(value, Mapping) and all(isinstance(shaft, str) for shaft in value)
+    require(named, f"{name} must map names of shafts to torques [N m], got {text_of(value)}")
+    for shaft, torque in value.items():
+        number(f"{name} of {shaft!r}", torque)
+
+
+def check_forces(name: str, value) -> None:
+    """ValueError unless the value maps names of shafts to external forces by axial position [m]."""
+    by_shaft = isinstance(value, Mapping) and all(isinstance(at, Mapping) for at in value.values())
+    forces = by_shaft and all(isinstance(force, ExternalForce) for at in value.values() for force in at.values())
+    require(forces, f"{name} must map shafts to {{axial position: ExternalForce(...)}}, got {text_of(value)}")
+
+
+@checked
+@dataclass(frozen=True)
+class LoadCase:
+    """A load case: `exugear.run_up(model, speed=(0, case.speed), load=case.load, ...)`.
+
+    name       of the load case
+    speed      of the driving shaft [rad/s]
+    load       torque on the driven shaft, against its motion at positive speed [N m]
+    share      of the time, or any number in proportion to the time
+    torques    on the shafts as a file holds them, by name, about z [N m]
+    forces     external forces by the name of the shaft and the axial position [m]
+
+    Raises ValueError for values that are not finite, and for a share < 0.
+    """
+
+    name: str
+    speed: float
+    load: float
+    share: float = 1.0
+    torques: Annotated[Mapping[str, float], check_torques] = field(default_factory=dict)
+    forces: Annotated[Mapping[str, Mapping[float, ExternalForce]], check_forces] = field(default_factory=dict)
+
+    def __post_init__(self):
+        values = f"speed and load of {self.name!r} must be finite, got {self.speed} rad/s and {self.load} N m"
+        require(isfinite(self.speed) and isfinite(self.load), values)
+        require(0 <= self.share < inf, f"share of {self.name!r} must be >= 0 and finite, got {self.share}")
+
+    def __str__(self) -> str:
+        speed = quantity(self.speed * 30 / pi, "rpm")
+        return f"{self.name}: {speed}, {quantity(self.load, 'N m')}, {quantity(100 * self.share, '%')} of the time"
+
+
+@checked
+@dataclass(frozen=True)
+class LoadSpectrum:
+    """A duty cycle: load cases with their shares of the time.
+
+    cases   list of `LoadCase`; iteration yields them
+    time    of the whole duty cycle [s]; None where it is not known
+
+    Derived: `shares` (n,) of the time, which sum to 1, and `table`, a Dataset over `load_case`.
+    Raises ValueError without a case, and for shares that are all 0.
+    """
+
+    cases: Sequence[LoadCase]
+    time: float | None = None
+
+    def __post_init__(self):
+        listed = isinstance(self.cases, list | tuple) and all(isinstance(x, LoadCase) for x in self.cases)
+        require(listed and len(self.cases) > 0, f"cases must be a list of LoadCase, got {text_of(self.cases)}")
+        require(sum(case.share for case in self.cases) > 0, "shares of the load cases must not all be 0")
+        require(self.time is None or 0 < self.time < inf, f"time must be > 0 s and finite, got {self.time}; or None")
+        object.__setattr__(self, "cases", tuple(self.cases))
+
+    def __iter__(self) -> Iterator[LoadCase]:
+        return iter(self.cases)
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.cases))
+
+    @classmethod
+    @checked
+    def from_table(cls, path: FilePath, gearbox: Gearbox | None = None) -> "LoadSpectrum":
+        """A duty cycle by a table with a line for each load case.
+
+        path      text file (CSV, or separated by blanks) under the header speed [rpm], load [N m], share [%]: speed of
+                  the driving shaft, torque on the driven shaft, share of the time. Instead of load the column torque,
+                  on the driving shaft; instead of share the column time [h]. Other units are converted
+        gearbox   whose ratio turns torque into load; only needed for that column
+
+        Raises FileNotFoundError, and ValueError for a unit that is missing or unknown, NaN, a missing column, a second
+        header, with the line of the file, for both columns of a choice, times < 0 and shares that do not sum to 1.
+        """
+        table = read_table(path, COLUMNS, optional=("torque", "load", "share", "time"))
+        for choice in (("load", "torque"), ("share", "time")):
+            given = [name for name in choice if name in table]
+            units = " or ".join(f"{name} [{COLUMNS[name]}]" for name in choice)
+            require(len(given) == 1, f"{path} must hold one of the columns {units}, got {given or 'none'}")
+        if "torque" in table:
+            needed = f"{path} holds the torque on the driving shaft; pass gearbox=, whose ratio gives the load"
+            require(gearbox is not None, needed)
+            table["load"] = table["torque"] / abs(gearbox.ratios[gearbox.driven.name])  # type: ignore[union-attr]
+        shares = table["share"] if "share" in table else table["time"]
+        total = float(shares.sum())
+        negative = f"{path} holds a share or time of {shares.min():g}; times are >= 0"
+        require(bool(shares.min() >= 0 and total > 0), negative)
+        if "share" in table:
+            sums = f"shares of {path} sum to {100 * total:.4g} %; complete the load cases, or pass the column time [h]"
+            require(abs(total - 1) < ROUNDING, sums)
+        rows = zip(table["speed"].tolist(), table["load"].tolist(), (shares / total).tolist(), strict=True)
+        cases = [LoadCase(f"load case {number}", *row) for number, row in enumerate(rows, start=1)]
+        return cls(cases, total if "time" in table else None)
+
+    @property
+    def shares(self) -> np.ndarray:
+        """(n,) shares of the load cases in the time, which sum to 1."""
+        shares = np.array([case.share for case in self.cases])
+        return shares / shares.sum()
+
+    @property
+    def table(self) -> xr.Dataset:
+        """Dataset over load_case: speed [rad/s], load [N m], share, and time [s] where it is known."""
+        columns = {
+            "speed": ([case.speed for case in self.cases], "rad/s", "speed of the driving shaft"),
+            "load": ([case.load for case in self.cases], "N m", "torque on the driven shaft"),
+            "share": (self.shares, "1", "share of the time"),
+        }
+        if self.time is not None:
+            columns["time"] = self.time * self.shares, "s", "time"
+        data = {
+            name: ("load_case", values, {"units": unit, "long_name": words})
+            for name, (values, unit, words) in columns.items()
+        }
+        return xr.Dataset(data, {"load_case": [case.name for case in self.cases]})
