@@ -12,7 +12,6 @@ needed. The tolerances of relief and axes are chosen here.
 
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from math import sqrt
 from pathlib import Path
 
 import numpy as np
@@ -26,13 +25,9 @@ from exugear import plots
 from fem.units import mm, um
 
 TORQUES, RELIEF, LENGTH, CROWNING = (150.0, 250.0, 350.0), 14.5 * um, 3.5 * mm, 3 * um
-D, B, M = 148.2, 23.0, 2.6
-#: ISO 1328-1:1995, class 6 (class 5 times sqrt(2)), of reference diameter, width and module [mm]: slopes of profile and
-#: helix [m].
-F_H_ALPHA = sqrt(2) * (2 * sqrt(M) + 0.14 * sqrt(D) + 0.5) * um
-F_H_BETA = sqrt(2) * (0.07 * sqrt(D) + 0.45 * sqrt(B) + 3) * um
-LIMITS = {"profile_1": F_H_ALPHA, "profile_2": F_H_ALPHA, "helix_1": F_H_BETA, "helix_2": F_H_BETA, "relief_1": 3 * um,
-          "relief_2": 3 * um, "misalignment": 2e-4}  # fmt: skip
+CLASS_6 = fem.iso1328(paper_pair().pinion, 6, edition=1995)
+OF_GEARS = {"profile": CLASS_6.f_H_alpha, "helix": CLASS_6.f_H_beta, "relief": 3 * um}
+LIMITS = {f"{name}_{gear}": limit for name, limit in OF_GEARS.items() for gear in (1, 2)} | {"misalignment": 2e-4}
 TOLERANCES = {name: scipy.stats.truncnorm(-3, 3, 0, limit / 3) for name, limit in LIMITS.items()}
 
 

@@ -222,12 +222,12 @@ def _outcomes(
         for future in as_completed(futures):
             if future.cancelled():
                 raise _ExecutorDied("it cancelled a case")
-            error = future.exception()
-            if isinstance(error, BrokenExecutor):
-                raise _ExecutorDied(_reason(error)) from error
-            if isinstance(error, KeyboardInterrupt):
-                raise error
-            yield futures[future], future.result() if error is None else _reason(error)
+            failed = future.exception()
+            if isinstance(failed, BrokenExecutor):
+                raise _ExecutorDied(_reason(failed)) from failed
+            if isinstance(failed, KeyboardInterrupt):
+                raise failed
+            yield futures[future], future.result() if failed is None else _reason(failed)
     finally:
         for future in futures:
             future.cancel()
