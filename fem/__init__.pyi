@@ -31,9 +31,10 @@ from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
 from .ste.crack import crack
 from .ste.inputs import UpTo
+from .ste.map_without_ring_modes import without_ring_modes
 from .ste.ring_angle import over_pitches
 from .ste.ring_deflection import ring_deflection
-from .ste.ring_modes import ring_modes, without_ring_modes
+from .ste.ring_modes import ring_modes
 from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.tooth_pairs import tooth_pair_map

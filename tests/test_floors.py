@@ -52,7 +52,7 @@ DOORS_TO_FEM = {
         "fem.pair.offsets",
         "fem.pair.placement",
         "fem.ste.ste_map",
-        "fem.ste.ring_modes",
+        "fem.ste.map_without_ring_modes",
         "fem.ste.load_interpolation",
     ),
     "fem.housing.reduced_housing",

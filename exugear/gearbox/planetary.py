@@ -30,7 +30,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
-from fem.ste.ring_modes import without_ring_modes
+from fem.ste.map_without_ring_modes import without_ring_modes
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import DERIVED, checked
 from fem.support.validation import numbers, require, require_finite, text_of

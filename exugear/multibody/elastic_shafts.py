@@ -217,8 +217,8 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     matrices = built.mass_beside(held=False), stiffness, damping, polar
     measured_by = int(elastic.turning[0]), elastic.amplitude_rows
-    name, beside = f"{elastic.shaft.name} shaft", {"load": elastic.constant_load, "nonlinear": _nonlinear(elastic)}
-    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, **beside)
+    name, load, nonlinear = f"{elastic.shaft.name} shaft", elastic.constant_load, _nonlinear(elastic)
+    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, load=load, nonlinear=nonlinear)
 
 
 def add_matrices(

@@ -22,7 +22,7 @@ ELSEWHERE = "take an empty folder, or one that does not exist"
 
 
 class CaseStore:
-    """The finished cases of a function in a folder, which is made where it is absent.
+    """The finished cases of a function in a folder, which is made with the first case.
 
     Raises ValueError for a folder that holds other files, or cases of another function or of another version of this
     program, and for a function whose content cannot be told.
@@ -36,11 +36,9 @@ class CaseStore:
             remedy = "pass such objects in the cases, or make them inside the function"
             raise ValueError(f"function cannot be recognized in a store: {error}; {remedy}") from None
         require(not folder.exists() or folder.is_dir(), f"store {folder} is a file; {ELSEWHERE}")
-        folder.mkdir(parents=True, exist_ok=True)
+        self.about = about
         kept = self._about()
         if kept is None:
-            with complete_file(folder / ABOUT) as file:
-                file.write(json.dumps(about).encode())
             return
         changed = {"function": "another function, or this one before it was changed", "program": "another version"}
         for name, words in changed.items():
@@ -51,6 +49,8 @@ class CaseStore:
         try:
             about = json.loads((self.folder / ABOUT).read_text(encoding="utf-8"))
         except FileNotFoundError:
+            if not self.folder.exists():
+                return None
             others = sorted(path.name for path in self.folder.iterdir() if not path.name.endswith(".part"))
             holds = f"store {self.folder} holds other files ({', '.join(others[:3])})"
             require(not others, f"{holds}; {ELSEWHERE}")
@@ -80,4 +80,8 @@ class CaseStore:
 
     def keep(self, key: Any, result: xr.Dataset) -> None:
         """Write the result of a case; OSError where the folder cannot be written."""
+        if not (self.folder / ABOUT).exists():
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with complete_file(self.folder / ABOUT) as file:
+                file.write(json.dumps(self.about).encode())
         netcdf.write(result, self._path(key))

@@ -1,4 +1,4 @@
-"""Vibration modes of a ring on its supports, and the map that is left when a model holds them as coordinates.
+"""Vibration modes of a ring on its supports.
 
 Stiffness and mass over the harmonics of the displacement of the rim are those of its finite elements, the stiffness the
 one from which maps have their bending rim. So a mode takes the flexibility g^2 / omega^2 out of the compliance of a
@@ -19,14 +19,13 @@ from fem.elasticity.rim_mass import rim_mass
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.map_solver import elastic_gears, width_variation
+from fem.ste.map_without_ring_modes import AT, LEFT, MODE, RIGHT
 from fem.ste.ring_deflection import POSITIONS, flank_at_pitch_point, largest_over_positions
-from fem.ste.ste_map import PHASE, RING_ANGLE, STIFFNESS, TE, TORQUE, check, pair_attributes, pair_of
+from fem.ste.ste_map import pair_attributes
 from fem.support.arguments import checked
 from fem.support.validation import require
 
-MODE, AT, APART = "ring_mode", "at", "apart"
-#: Flanks of the ring by the sign of the torque of a map.
-LEFT, RIGHT = "left_flank", "right_flank"
+APART = "apart"
 #: Relative difference of frequencies of a pair of equal modes.
 EQUAL = 1e-6
 #: Values of the shapes around the ring in the shortest wave of the rim.
@@ -109,43 +108,6 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
         APART: (APART, at[spaced], {"units": "rad", "long_name": "angle from mesh to mesh on the ring"}),
     }
     return xr.Dataset(variables, coords, {"title": "modes of a ring on its supports"} | pair_attributes(pair))
-
-
-@checked
-def without_ring_modes(ste: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
-    """A map without the static flexibility of modes of its ring, for a model that holds these as coordinates.
-
-    ste     map of a ring on its supports: on `fem.Bolts` over all pitches (`fem.over_pitches`)
-    modes   `fem.ring_modes` of the same pair
-
-    te - F sum g^2 / omega^2, with the mesh force F and the displacement g of the flank that it presses at each phase.
-    Raises ValueError for modes of another pair, maps over the ring angle, and where te would not grow with the torque.
-    """
-    data, pair = check(ste), pair_of(ste)
-    missing = [name for name in ("frequency", LEFT, RIGHT) if name not in modes or MODE not in modes[name].dims]
-    require(not missing, f"modes must be what fem.ring_modes returns, they lack {missing}")
-    of_modes = pair_of(modes)
-    require(pair == of_modes, "modes must be fem.ring_modes of the pair of ste, got those of another pair")
-    require(RING_ANGLE not in data[TE].dims, f"ste has the axis {RING_ANGLE}; pass fem.over_pitches(ste)")
-    angle, omega = 2 * pi / abs(pair.wheel.z) * data[PHASE].values, 2 * pi * modes["frequency"].values
-    flexible = {}
-    for flank in (LEFT, RIGHT):
-        around = np.sum((modes[flank].values / omega[:, None]) ** 2, axis=0)
-        flexible[flank] = scipy.interpolate.CubicSpline(
-            np.append(modes[AT].values, 2 * pi), np.append(around, around[0]), bc_type="periodic"
-        )
-    force = data[TORQUE] / pair.pinion.r_b
-    by_flank = [xr.DataArray(of_flank(angle % (2 * pi)), dims=PHASE) for of_flank in flexible.values()]
-    flexibility = xr.where(force >= 0, by_flank[0], by_flank[1])
-    te = (data[TE] - force * flexibility).transpose(*data[TE].dims)
-    rising = bool((te.diff(TORQUE) > 0).all())
-    require(rising, "te without the modes must grow with the torque; map the ring by the resolution of its modes")
-    result = data.assign({TE: te.assign_attrs(data[TE].attrs)})
-    if STIFFNESS in data:
-        soft = data[STIFFNESS] * flexibility
-        stiffness = (data[STIFFNESS] / xr.where(soft < 1, 1 - soft, np.nan)).transpose(*data[STIFFNESS].dims)
-        result[STIFFNESS] = stiffness.assign_attrs(data[STIFFNESS].attrs)
-    return result
 
 
 def _ring(pair: GearPair, resolution: Resolution | Slices):
