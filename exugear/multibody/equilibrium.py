@@ -314,12 +314,7 @@ def _state_at(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[float, float, fl
         on_bodies[:, :2] += mesh.frame.fixed @ back - mesh.frame.fixed
     if is_spatial(mesh.frame):
         deflection, opening, phase = state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
-<<<<<<< HEAD
         return deflection + beside @ q, opening, phase
-=======
-        ring = model.rings.get(stage.slow.name)
-        return deflection + (mesh.row[ring.indices] @ q[ring.indices] if ring else 0.0), opening, phase
->>>>>>> ring
     return mesh.reference_deflection + mesh.row @ q, mesh.opening, 0.0
 
 
