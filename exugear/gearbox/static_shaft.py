@@ -1,8 +1,8 @@
 """A shaft in statics: stiffness between the points where gears, bearings and torques act, exact for its beam.
 
 Coordinates of an elastic shaft are displacement and rotation, 6 each, of its kept points; the nodes of the beam between
-them carry no load, so that they follow (static condensation, Guyan, AIAA J. 3, 1965); under its weight all are kept. Those of a rigid shaft are the 6
-of its centre of mass. A shaft without bearings only turns and twists.
+them carry no load, so that they follow (static condensation, Guyan, AIAA J. 3, 1965). Under its weight all nodes are
+kept. Coordinates of a rigid shaft are the 6 of its centre of mass. A shaft without bearings only turns and twists.
 """
 
 from collections.abc import Sequence
