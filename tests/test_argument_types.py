@@ -86,6 +86,8 @@ TAKEN = {
             "LoadCase.torques",
             "FlankCorrections.corrections",
             "FlankCorrections.pairs",
+            "Plan.steps",
+            "BuiltPlan.steps",
         ),
         "dict",
     ),

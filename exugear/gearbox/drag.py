@@ -273,6 +273,8 @@ class SkfDrag:
         require(
             given, "load must be given for angular contact bearings, which their axial load matters to: (radial, axial)"
         )
+        if self.C_0 is not None:
+            require(0 < self.C_0 < np.inf, f"C_0 must be > 0 N and finite, got {self.C_0}")
         if self.load is not None:
             require_finite("load", self.load, "pass (radial, axial) in N")
             require(

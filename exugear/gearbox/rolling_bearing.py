@@ -385,7 +385,8 @@ class RollingBearing:
         """The law with tables of rollers instead of laminae, for many calls."""
         return law_record(self.rows, self.guidance, tables=True)
 
-    def record_of_runs(self, lever: float) -> LawRecord:
+    @checked
+    def record_of_runs(self, lever: Finite) -> LawRecord:
         """The law of runs with its damping, for compiled kernels; lever: its distance above the pole [m]."""
         return law_record(self.rows, self.guidance, lever, self.damping_time, tables=True)
 

@@ -249,8 +249,10 @@ class MeshForce:
 
         Raises ValueError for a dataset that is no map of tooth pairs.
         """
-        is_map = pairs.attrs.get("title") == "tooth pairs"
-        require(is_map, f"pairs must be made by fem.tooth_pair_map, got {list(map(str, pairs))}; for a map: from_ste")
+        for name, data in (("pairs", pairs), *([] if coast is None else [("coast", coast)])):
+            is_map = data.attrs.get("title") == "tooth pairs"
+            made = f"{name} must be made by fem.tooth_pair_map, got {list(map(str, data))}"
+            require(is_map, f"{made}; for a map: from_ste")
         pair = pair_of(pairs)
         backlash = pair.backlash if backlash is None else backlash
         given: dict[str, Any] = {"damping": damping, "damping_ramp": damping_ramp, "backlash": backlash}

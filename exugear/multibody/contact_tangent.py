@@ -10,9 +10,10 @@ generalized forces of unit numbers, signs changed (virtual work). Only geometry,
 differentiated by differences: no difference of a force meets the kink where contact begins or ends, and the slopes are
 those of the side on which the motion is.
 
-Newton's iteration takes the law as a spring along the force instead: with the row r, generalized forces of a unit mesh
-force, signs changed, k r r^T stands for the sum. What this leaves out is a ten-thousandth: how the numbers change
-beside one another. It needs no further compiled code; `law_slopes` would lengthen the first compilation by 3 s.
+Newton's iteration takes the law as a spring along the force instead, which turns with the phase: with the rows r and p
+of unit mesh force and unit torque by the phase, k r r^T + F_phase (r p^T + p r^T) + U_phase,phase p p^T stands for the
+sum; the slopes by the phase follow from the numbers an instant later. What this leaves out are the changes with the
+offsets. It needs no further compiled code; `law_slopes` would lengthen the first compilation by 3 s.
 """
 
 from math import ulp
@@ -24,7 +25,7 @@ from exugear.contact.recorder import HEADER
 from exugear.contact.reference_configuration import turns_forces
 from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPATIAL, SPIN, velocity_by_vector
 from exugear.mesh_force.kernel_records import address_of, changed
-from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, DAMPING, FORCE, law_slopes
+from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, BY_PHASE, DAMPING, FORCE, law_slopes
 from exugear.multibody.integrator_steps import HELD, NOTED, OUT_OF_MESH
 
 #: Step of differences of the geometry [m, rad], over the spacing of floats at the largest coordinate at least, and over
@@ -34,6 +35,8 @@ STEP, LEAST_SPACINGS, SHARE_OF_FADING = 1e-8, 1e5, 1e-5
 TOUCHING = 1e-9
 #: Time [s] over which the stiffness changes as the bodies move.
 AHEAD = 1e-8
+#: Mesh frequency [Hz] below which the change over the phase is left out of Newton's matrix.
+SLOWEST = 1.0
 #: Displacements of the bodies of a model among those of an Rxyz body.
 COMPONENTS = {SPIN: [5], PLANAR: [0, 1, 5], SPATIAL: [*range(6)]}
 #: Relative step of the held numbers where friction depends on them.
@@ -108,6 +111,19 @@ class HeldContact:
         self.kernel(*self.addresses[True], t, *point.tolist())
         return self.numbers.copy(), float(self.state.stiffness)
 
+    def rates(
+        self, point: np.ndarray, t: float, numbers: np.ndarray, stiffness: float
+    ) -> tuple[np.ndarray, float, np.ndarray]:
+        """Rates (6,) of the numbers and of the stiffness as the bodies move, and (2,) of deflection and phase [1/s]."""
+        n, arguments = point.size // 2, []
+        later = point + AHEAD * np.array([*point[n:], *[0.0] * n])
+        for self.t, x in ((t + AHEAD, later), (t, point)):
+            self.forces(x, NO_NUMBERS, rubs=False)
+            arguments.append(self.state.arguments[:2].copy())
+        numbers_later, stiffness_later = self.noted(later, t + AHEAD)
+        change = numbers_later - numbers, stiffness_later - stiffness, arguments[0] - arguments[1]
+        return change[0] / AHEAD, change[1] / AHEAD, change[2] / AHEAD
+
     def forces(self, point: np.ndarray, numbers: np.ndarray, *, rubs: bool) -> np.ndarray:
         """(n,) generalized forces at coordinates and velocities (2 n,) under held numbers (6,)."""
         self.state.engaged, self.numbers[:] = HELD, numbers
@@ -160,19 +176,27 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
     force, c, side = float(numbers[FORCE]), float(numbers[DAMPING]), float(state.side)
     if force <= 0.0:
         return np.zeros((n, n))
-    stiffening = (held.noted(point + AHEAD * np.array([*q_t, *[0.0] * n]), t + AHEAD)[1] - k) / AHEAD if lag else 0.0
+    stiffening = across = along = 0.0
+    if lag or any(q_t):
+        rates, stiffening, (deflection_rate, phase_rate) = held.rates(point, t, numbers, k)
+        if abs(phase_rate) > SLOWEST:
+            across = (rates[FORCE] - k * deflection_rate) / phase_rate
+            along = (rates[BY_PHASE] - across * deflection_rate) / phase_rate
     mobility = mobility if side > 0 else 0.0
     yielding = 1.0 + lag * mobility * c**2
     numbers[DAMPING] = c * (1.0 + lag * k) / yielding
     held.hold_flank(side)
     static = numbers * STATIC
     at_zero = held.forces(point, NO_NUMBERS, rubs=False)
-    row = (at_zero - held.forces(point, static, rubs=False)) / force
-    rubbing = (at_zero - held.forces(point, static, rubs=True)) / force if rubs else row
-    by_coordinates = (k + c * lag * stiffening) * row - mobility * c**2 * by_bearings
-    by_velocities = c * (1.0 + lag * k) * (row + by_bearings)
-    spring = factors[0] * np.outer(rubbing, by_coordinates / yielding)
-    spring += factors[1] * np.outer(row, by_velocities / yielding)
+    row, roll = (at_zero - held.forces(point, UNITS[i], rubs=False) for i in (FORCE, BY_PHASE))
+    rubbing = row
+    if rubs:
+        smooth, rough = (held.forces(point, static, rubs=x) for x in (False, True))
+        rubbing = row + (smooth - rough) / force
+    by_coordinates = ((k + c * lag * stiffening) * row - mobility * c**2 * by_bearings) / yielding + across * roll
+    by_velocities = c * (1.0 + lag * k) * (row + by_bearings) / yielding
+    spring = factors[0] * (np.outer(rubbing, by_coordinates) + np.outer(roll, across * row + along * roll))
+    spring += factors[1] * np.outer(row, by_velocities)
     if rubs or turns_forces(held.frame):
         spring -= factors[0] * held.by_coordinates(point, numbers)
     return spring - factors[1] * held.by_rubbing(point, static) if rubs else spring

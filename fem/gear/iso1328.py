@@ -13,7 +13,7 @@ import numpy as np
 
 from fem.gear.gear import Gear
 from fem.microgeometry.deviation import OnTooth, PitchDeviation
-from fem.microgeometry.modification import HelixSlope, Modification, ProfileCrowning, TipRelief
+from fem.microgeometry.modification import HelixSlope, Modification, ProfileCrowning, TipRelief, check_within
 from fem.support.arguments import checked
 from fem.support.representation import short
 from fem.support.validation import number, require
@@ -31,6 +31,7 @@ CLASSES = {1995: (0, 12), 2013: (1, 11)}
 ONCE_PER_TURN = 0.7
 
 
+@checked
 @short(**dict.fromkeys(NAMES, "um"))
 @dataclass(frozen=True)
 class FlankTolerances:
@@ -41,6 +42,8 @@ class FlankTolerances:
     F_alpha     total profile deviation; f_f_alpha: its form, f_H_alpha: its slope, of either sign
     F_beta      total helix deviation; f_f_beta: its form, f_H_beta: its slope, of either sign
     F_r         runout
+
+    Raises ValueError for values below 0 or of other units.
     """
 
     f_pt: float
@@ -52,6 +55,10 @@ class FlankTolerances:
     f_f_beta: float
     f_H_beta: float
     F_r: float
+
+    def __post_init__(self):
+        for name in NAMES:
+            check_within(name, getattr(self, name), 0.0, 1e-2, "m (pass metres: 8*um)")
 
 
 @checked

@@ -88,6 +88,7 @@ class PitchDeviation:
         """Whether any two teeth differ."""
         return len(set(self.values)) > 1
 
+    @checked
     def taken_from(self, first: int, step: int, z: int) -> "PitchDeviation":
         teeth = first + step * np.arange(len(self.values))
         return PitchDeviation(tuple(np.take(self.values, teeth, mode="wrap").tolist()))
@@ -132,6 +133,7 @@ class Waviness:
         check_amount("amplitude", self.amplitude)
         require_finite("angle", self.angle)
 
+    @checked
     def taken_from(self, first: int, step: int, z: int) -> "Waviness":
         return Waviness(self.order, self.amplitude, self.angle + step * 2 * pi * self.order * first / z)
 
@@ -164,6 +166,7 @@ class Spall:
 
     def __post_init__(self):
         as_floats(self)
+        check_within("d", self.d, 1e-4, 20.0, "m (pass metres: 38*mm)")
         for name in ("height", "width"):
             check_within(name, getattr(self, name), 1e-5, 1.0, "m (pass metres: 2*mm)")
         check_within("axial", self.axial, -10.0, 10.0, "m (pass metres)")
@@ -256,6 +259,7 @@ class OnTooth:
         require(not nested, f"flank of a single tooth holds {nested}, which are of all teeth; give them to the gear")
         set_fields(self, tooth=int(tooth), flank=parts)
 
+    @checked
     def taken_from(self, first: int, step: int, z: int) -> "OnTooth":
         return OnTooth((self.tooth - first) * step % abs(z), self.flank)
 

@@ -92,7 +92,7 @@ def test_only_what_tilts_moves_in_space():
 def test_planets_beside_the_bearings_of_their_carrier_tilt_it():
     carrier = exugear.Shaft("carrier", {20 * mm: PIN, 40 * mm: PIN}, inertia=0.02, mass=5.0)
     plan = exugear.plan(planar_box(carrier=carrier))
-    assert plan.shafts["carrier"] is plan.shafts["planet 2"].name == "BEARINGS"
+    assert plan.shafts["carrier"].name == plan.shafts["planet 2"].name == "BEARINGS"
     assert plan.shafts["sun"].name == "PLANAR"
     assert "its carrier 'carrier' tilts" in plan.why["planet 2"]
 

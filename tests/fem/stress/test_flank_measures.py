@@ -33,7 +33,8 @@ def test_measures_of_a_map_over_load_cases_and_offsets():
     }
     for name, values in expected.items():
         assert data[name].values == pytest.approx(values.values, rel=1e-12)
-    assert (data["peak_to_peak"] > 2 * np.abs(data["harmonics"].sel(harmonic=1)) - 1e-7).all()
+    # |2/T int f cos| <= p/2 4/pi: the harmonic of a curve between +-p/2 is at most that of a square wave.
+    assert (data["peak_to_peak"] > 0.95 * np.pi / 2 * data["harmonics"].sel(harmonic=1)).all()
     assert data["peak_to_peak"].attrs["units"] == "m"
     assert fem.pair_of(data) == pair
 
