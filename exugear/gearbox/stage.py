@@ -1,5 +1,6 @@
 """A stage as data: two gears on two shafts, the force law of their mesh, and the direction from shaft to shaft."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from math import pi
@@ -200,3 +201,10 @@ def _differences(candidate: Gear | Ring, wanted: Gear | Ring) -> list[str]:
     names = [part.name for part in fields(kinds[0]) if getattr(candidate, part.name) != getattr(wanted, part.name)]
     values = [[field_text(kinds[0], name, getattr(gear, name)) for gear in (candidate, wanted)] for name in names]
     return [f"{name} {has} instead of {needs}" for name, (has, needs) in zip(names, values, strict=True)]
+
+
+def stage_number(labels: Sequence[str], stage: int | str) -> int:
+    """Number of a stage, by its number or its label; ValueError for stages that are not among the labels."""
+    given = f"stage must be 0 to {len(labels) - 1}, or a label, got {stage!r}; the stages are {list(labels)}"
+    require(stage in labels or stage in range(-len(labels), len(labels)), given)
+    return labels.index(stage) if isinstance(stage, str) else int(stage) % len(labels)

@@ -1,8 +1,8 @@
 """A shaft in statics: stiffness between the points where gears, bearings and torques act, exact for its beam.
 
 Coordinates of an elastic shaft are displacement and rotation, 6 each, of its kept points; the nodes of the beam between
-them carry no load, so that they follow (static condensation, Guyan, AIAA J. 3, 1965). Those of a rigid shaft are the 6
-of its centre of mass. A shaft without bearings only turns and twists.
+them carry no load, so that they follow (static condensation, Guyan, AIAA J. 3, 1965). Under its weight all nodes are
+kept. Coordinates of a rigid shaft are the 6 of its centre of mass. A shaft without bearings only turns and twists.
 """
 
 from collections.abc import Sequence
@@ -28,6 +28,7 @@ class StaticShaft:
     free        (n,) whether a coordinate moves
     nodes       (n_node,) axial positions [m] at which `motions` tells the motion
     motions     (n_node, 6, n) motion of the nodes by the coordinates
+    load        (n,) external forces and weight on the coordinates; unbalance turns with the shaft and has no part in it
     """
 
     shaft: Shaft
@@ -36,6 +37,7 @@ class StaticShaft:
     free: np.ndarray
     nodes: np.ndarray
     motions: np.ndarray
+    load: np.ndarray
 
     def motion_at(self, axial: float) -> np.ndarray:
         """(6, n) motion by the coordinates at a kept point [m], or rigidly beyond the ends of the shaft."""
@@ -56,12 +58,27 @@ def static_shaft(shaft: Shaft, axial: Sequence[float]) -> StaticShaft:
         points = np.array([shaft.centre])
         nodes = np.unique([*shaft.parts, *axial, shaft.centre])
         motions = np.array([rigid_motion(x - shaft.centre) for x in nodes])
-        return StaticShaft(shaft, points, np.zeros((6, 6)), _free(shaft, 1), nodes, motions)
+        return StaticShaft(shaft, points, np.zeros((6, 6)), _free(shaft, 1), nodes, motions, shaft.constant_load)
     beam = beam_through(shaft, [*axial])
     wanted = np.array([*shaft.parts, *shaft.stations, shaft.end_position, *axial])
+    wanted = beam.axial if any(shaft.gravity) else wanted
     kept = np.unique(np.abs(beam.axial[:, None] - wanted).argmin(axis=0))
     stiffness, motions = _condensed(beam, kept)
-    return StaticShaft(shaft, beam.axial[kept], stiffness, _free(shaft, kept.size), beam.axial, motions)
+    load = np.einsum("ki,kij->j", _on_nodes(shaft, beam), motions)
+    return StaticShaft(shaft, beam.axial[kept], stiffness, _free(shaft, kept.size), beam.axial, motions, load)
+
+
+def _on_nodes(shaft: Shaft, beam: Beam) -> np.ndarray:
+    """(n_node, 6) external forces and weight on the nodes of an elastic shaft."""
+    loads = np.zeros((beam.axial.size, 6))
+    for axial, force in shaft.forces:
+        loads[beam.node(axial)] += force.wrench
+    of_weight = beam.bending_mass @ beam.rigid_bending(shaft.centre)[:, 0]
+    for components, acceleration in zip(PLANES, shaft.gravity[:2], strict=True):
+        for i, (component, sign) in enumerate(components):
+            loads[:, component] += sign * acceleration * of_weight[i::2]
+    loads[:, AXIAL] += shaft.gravity[2] * beam.tension_mass.sum(axis=1)
+    return loads
 
 
 def _free(shaft: Shaft, points: int) -> np.ndarray:

@@ -4,9 +4,9 @@ A mesh is a row of springs over the face, one for each part of it, which press b
 
     U = q K q / 2 + sum U_bearing(q) + sum c dz max(r q - gap, 0)^2 / 2 - f q
 
-with the stiffness K of the shafts, the rows r by which their coordinates q bring the flanks together, and the torques
-f. Each term is convex, and so is U: Newton's method with a line search finds its minimum, also where bearings have
-clearance and where a part of the face carries no load.
+with the stiffness K of the shafts, the rows r by which their coordinates q bring the flanks together, and the loads f:
+torques, external forces and weight of shafts. Each term is convex, and so is U: Newton's method with a line search
+finds its minimum, also where bearings have clearance and where a part of the face carries no load.
 """
 
 from collections.abc import Mapping, Sequence
@@ -102,7 +102,7 @@ class ElasticTrain:
     shafts      by their names
     first       first coordinate of each shaft
     stiffness   (n, n) of shafts, torque supports and housing
-    load        (n,) torques of drives and loads on the coordinates
+    load        (n,) torques of loads, external forces and weight on the coordinates
     supports    the bearings
     meshes      the meshes
     free        (n,) whether a coordinate moves
@@ -175,7 +175,7 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     held = {*gearbox.independent, *gearbox.held}
     for shaft in gearbox.shafts:
         static, part = statics[shaft.name], slice(first[shaft.name], first[shaft.name] + statics[shaft.name].free.size)
-        stiffness[part, part] = static.stiffness
+        stiffness[part, part], load[part] = static.stiffness, static.load
         free[part] = static.free
         turned = static.turned[SPIN]
         stiffness[part, part] += sum(x.torsion for x in shaft.torque_supports) * np.outer(turned, turned)

@@ -85,7 +85,9 @@ def load_distribution(
     Shafts with sections bend, twist and stretch (Timoshenko), those without are rigid; those without bearings only
     turn and twist. Bearings act by their laws, with clearance, tables and Hertzian contacts. Mesh forces act along the
     line of action at the pitch point of each section, so that helical gears tilt their shafts. Flank modifications,
-    displaced shafts (`Placement`) and misalignment take part. Weight and friction are left out.
+    displaced shafts (`Placement`) and misalignment take part, and so do external forces on shafts (`ExternalForce`) and
+    their weight (`Shaft(gravity=)`). An `Unbalance` turns with its shaft and has no part in statics. Friction is left
+    out.
 
     Returns a Dataset over `mesh` and `face` (parts of the face from -1/2 to 1/2 of the common width, along z), `shaft`
     and `point` (from one end of the shaft to the other), `bearing`, `direction`:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft_loads import ExternalForce
+from exugear.gearbox.stage import stage_number
 from fem.support.arguments import FilePath, checked
 from fem.support.representation import quantity
 from fem.support.tables import read_table
@@ -19,6 +20,9 @@ from fem.support.validation import number, require, text_of
 HOUR, ROUNDING = 3600.0, 0.01
 #: Columns of a table of load cases and their SI units.
 COLUMNS = {"speed": "rad/s", "torque": "N m", "load": "N m", "share": "1", "time": "s"}
+FLANKS = {"left": 1, "right": -1}
+#: Powers of an efficiency over speed and load, which are linear in both but for a small loss.
+POWERS = "power_in", "power_out"
 
 
 def check_torques(name: str, value) -> None:
@@ -153,3 +157,86 @@ class LoadSpectrum:
             for name, (values, unit, words) in columns.items()
         }
         return xr.Dataset(data, {"load_case": [case.name for case in self.cases]})
+
+    @checked
+    def on_pinion(
+        self, gearbox: Gearbox, stage: int | str = 0, *, hours: float | None = None, flank: str = "left"
+    ) -> dict[str, np.ndarray]:
+        """The load cases on the pinion of a stage: `exugear.tooth_damage(roots, **spectrum.on_pinion(box), ...)`.
+
+        gearbox   whose ratios turn speed and load into those of the pinion, without losses
+        stage     number or label of the stage
+        hours     of the whole duty cycle [h]; by default its time
+        flank     "left", which carries torques > 0, those of the driving flanks; "right", with the map of
+                  `fem.mirror_image(pair)`. A case that loads the other flank has the torque 0
+
+        Returns torque (n,) >= 0 [N m], speed (n,) [rad/s], on a carrier against it, and hours (n,) [h]. Raises
+        ValueError for stages that the gearbox lacks, other flanks, and where neither time nor hours is known.
+        """
+        index, total = stage_number(gearbox.labels, stage), hours
+        require(flank in FLANKS, f"flank must be 'left' or 'right', got {flank!r}")
+        if total is None:
+            total = None if self.time is None else self.time / HOUR
+        if total is None:
+            raise ValueError("hours of the duty cycle must be given, its table holds shares alone: hours=5000")
+        require(0 < total < inf, f"hours must be > 0 and finite, got {total}")
+        pinion = gearbox.stages[index].pair.pinion
+        forces = np.array([gearbox.static_forces(case.load)[index] if case.load else 0.0 for case in self.cases])
+        turns = float(gearbox.cycles[index] @ gearbox.nominal_ratios) * 2 * pi / pinion.z
+        speeds = np.array([case.speed for case in self.cases])
+        torque = np.maximum(FLANKS[flank] * forces * pinion.r_b, 0.0)
+        return {"torque": torque, "speed": turns * speeds, "hours": total * self.shares}
+
+    @checked
+    def efficiency(self, data: xr.Dataset) -> xr.Dataset:
+        """Efficiency over the duty cycle: energy that leaves the gearbox over energy that enters it.
+
+        data   over speed and load, as `exugear.efficiency` returns it. Its powers are interpolated linearly between the
+               four points around each load case, and not beyond them
+
+        Returns efficiency of the whole cycle, and over `load_case` power_in by the drive and power_out on the load [W].
+        A load < 0 drives. Cases at rest have no power. Raises ValueError for other data, for cases beyond the speeds
+        and loads of the map or between a load < 0 and one > 0, and beside points that were not solved.
+        """
+        fits = {*POWERS, "speed", "load"} <= {*data.variables} and {*data["power_in"].dims} == {"speed", "load"}
+        require(fits, "data must have power_in and power_out over speed and load; pass what exugear.efficiency returns")
+        powers = np.array([_powers(data, case) for case in self.cases]).T
+        entering, leaving = powers * self.shares, -powers * self.shares
+        gone = np.maximum(entering[1], 0).sum() + np.maximum(leaving[0], 0).sum()
+        come = np.maximum(entering[0], 0).sum() + np.maximum(leaving[1], 0).sum()
+        require(come > 0, "cases of the duty cycle must have power: all stand still")
+        columns = zip(POWERS, powers, ("mean power of the drive", "mean power on the load"), strict=True)
+        values = {name: ("load_case", power, {"units": "W", "long_name": words}) for name, power, words in columns}
+        whole = {"units": "1", "long_name": "energy that leaves the gearbox over energy that enters it"}
+        names = [case.name for case in self.cases]
+        return xr.Dataset({"efficiency": ((), gone / come, whole)} | values, {"load_case": names})
+
+
+def _powers(data: xr.Dataset, case: LoadCase) -> list[float]:
+    """Interpolated powers of the drive and on the load [W] in a load case; 0 at rest."""
+    if case.speed == 0:
+        return [0.0, 0.0]
+    weights, part = _around(data, case)
+    around = [data[name].isel(part).transpose(*weights.dims).values for name in POWERS]
+    powers = [float((weights.values * values).sum()) for values in around]
+    beside = f"data were not solved beside {case}; map other speeds and loads, `stopped` tells the reason"
+    require(bool(np.isfinite(powers).all()), beside)
+    return powers
+
+
+def _around(data: xr.Dataset, case: LoadCase) -> tuple[xr.DataArray, dict[str, slice]]:
+    """Weights of linear interpolation over the points of data around a load case, and these points."""
+    weights, part = xr.DataArray(1.0), {}
+    for axis, value in (("speed", case.speed), ("load", case.load)):
+        points = data[axis].values
+        low, high = float(points[0]), float(points[-1])
+        span = f"data must reach {case}: its {axis} lies beyond {low:g} to {high:g} {COLUMNS[axis]}"
+        require(low <= value <= high, f"{span}; compute exugear.efficiency up to it")
+        last = int(np.searchsorted(points, value))
+        first = last if points[last] == value else last - 1
+        signs = f"data have no load between {points[first]:g} and {points[last]:g} N m, within which {case} lies"
+        require(axis == "speed" or points[first] * points[last] > 0, f"{signs}; compute smaller loads")
+        share = (value - points[first]) / (points[last] - points[first]) if first < last else 0.0
+        part[axis] = slice(first, last + 1)
+        weights = weights * xr.DataArray([1 - share, share][: last - first + 1], dims=axis)
+    return weights.transpose("speed", "load"), part

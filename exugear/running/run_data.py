@@ -1,7 +1,7 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -14,6 +14,7 @@ import xarray as xr
 from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, BodyRecorder, Recorder
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
+from exugear.gearbox.stage import stage_number
 from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
@@ -61,13 +62,6 @@ def stage_data(run, stage: int | str = 0) -> xr.Dataset:
     kind = f"run must be an exugear.Run or its data, got {type(run).__name__}"
     require(is_run, f"{kind}; pass what exugear.run_up returns")
     return data.isel(stage=stage_number(data["stage"].values.tolist(), stage))
-
-
-def stage_number(labels: Sequence[str], stage: int | str) -> int:
-    """Number of a stage, by its number or its label; ValueError for stages that are not among the labels."""
-    given = f"stage must be 0 to {len(labels) - 1}, or a label, got {stage!r}; the stages are {list(labels)}"
-    require(stage in labels or stage in range(-len(labels), len(labels)), given)
-    return labels.index(stage) if isinstance(stage, str) else int(stage) % len(labels)
 
 
 def stored(path) -> xr.Dataset:

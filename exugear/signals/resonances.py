@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from exugear.running.run_data import stage_data, stage_number
+from exugear.gearbox.stage import stage_number
+from exugear.running.run_data import stage_data
 from exugear.signals.angle_sampling import REVOLUTION
 from exugear.signals.envelope import Peaks, dte_envelope, peaks
 from exugear.signals.order_cut import LONGER, SEPARATION, TOLD, cut_of, told

@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.constant_loads import given_loads, idle_stages
+from exugear.gearbox.stage import stage_number
 from exugear.modal.modes import load_attributes
 from exugear.multibody.model import Model, require_model
 from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
-from exugear.running.run_data import stage_number
 from exugear.steady_state.bearing_vibration import bearing_vibration
 from exugear.steady_state.branch import Branch
 from exugear.steady_state.branch_data import labelled

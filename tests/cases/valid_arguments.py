@@ -226,6 +226,14 @@ def instances() -> dict[str, Any]:
     return {type(instance).__name__: instance for instance in made}
 
 
+def cycle_powers() -> xr.Dataset:
+    """Powers over speeds and loads around the load case of these arguments."""
+    over, loads = ("speed", "load"), [5.0, 20.0]
+    power = np.multiply.outer([50.0, 150.0], loads)
+    values = {"power_in": (over, power / 0.98), "power_out": (over, power)}
+    return xr.Dataset(values, {"speed": [50.0, 150.0], "load": loads})
+
+
 @cache
 def by_name() -> dict[str, Any]:
     """Values of arguments by name; where a name has several meanings, after the name of its function or class."""
@@ -316,7 +324,8 @@ def by_name() -> dict[str, Any]:
         "MeshForce.ste.torque": [10.0], "MeshForce.ste.phases": 4,
         "Grid.from_table.path": folder / "flank.csv", "Bearing.from_table.path": folder / "bearing.csv",
         "LoadSpectrum.from_table.path": folder / "cycle.csv", "MotorCurve.from_table.path": folder / "motor.csv",
-        "LoadSpectrum.from_table.gearbox": smooth_box(),
+        "LoadSpectrum.from_table.gearbox": smooth_box(), "on_pinion.gearbox": smooth_box(), "on_pinion.hours": 100.0,
+        "on_pinion.flank": "left", "on_pinion.stage": 0, "LoadSpectrum.efficiency.data": cycle_powers(),
         "Bearing.from_table.axial": 1e8, "from_table.tilt": 1e5,
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",

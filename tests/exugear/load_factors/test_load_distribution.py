@@ -125,6 +125,71 @@ def test_forces_moments_and_energy_are_balanced(overhung, load):
         assert overhung
 
 
+def on_two_springs(*loads, sections=None, **options) -> exugear.Gearbox:
+    """A spur pinion amid bearings of 2e7 N/m 200 mm apart, and what acts 50 mm beyond them; the mate is rigid."""
+    gear, spring = spur(b=40 * mm), exugear.Bearing(radial=2e7, axial=1e7)
+    parts = {0.0: spring, 100 * mm: gear, 200 * mm: spring} | dict.fromkeys([250 * mm] * bool(loads), (*loads,))
+    fast = exugear.Shaft("fast", parts, sections=sections, **options)
+    return box_of(fast, exugear.Shaft("slow", {100 * mm: gear}), fem.GearPair(gear, gear, a=100 * mm))
+
+
+@pytest.mark.parametrize(("force", "part"), [({"y": -3000.0}, np.cos), ({"x": 3000.0}, np.sin)])
+def test_an_overhung_force_tilts_the_gear(force, part):
+    """Bearings k at +-L/2 and n springs of teeth, c b^3/12 (1 - 1/n^2), hold the tilt against F (L/2 + 50 mm)."""
+    box, c, load = on_two_springs(exugear.ExternalForce(**force)), 15e9, 4000.0
+    pair = box.stages[0].pair
+    data = exugear.load_distribution(box, load, mesh_stiffness=c)
+    moment = 3000.0 * 150 * mm * part(pair.alpha_wt)
+    tilt = moment / (2e7 * (200 * mm) ** 2 / 2 + c * (40 * mm) ** 3 / 12 * (1 - 1 / 20**2))
+    assert abs(float(data["F_beta_y"][0])) == pytest.approx(tilt * 40 * mm, rel=1e-6)
+    assert float(data["K_H_beta"][0]) == pytest.approx(
+        1 + tilt * 20 * mm * c / (load / pair.pinion.r_b / 40 / mm), rel=1e-6
+    )
+    plain = exugear.load_distribution(on_two_springs(), load, mesh_stiffness=c)
+    assert float(plain["K_H_beta"][0]) == pytest.approx(1.0, abs=1e-9)
+    added = (data["bearing_force"] - plain["bearing_force"]).values
+    acting = np.array([force.get("x", 0.0), force.get("y", 0.0), 0.0])
+    np.testing.assert_allclose(added.sum(axis=0), -acting, atol=1e-5)
+    mesh = (data["line_load"] - plain["line_load"]).values[0]
+    of_teeth = mesh @ data["axial_position"].values[0] * float(data["width"][0]) / mesh.size
+    on_line = np.array([np.sin(pair.alpha_wt), np.cos(pair.alpha_wt)])
+    of_shaft = (added[:, :2] @ on_line) @ [0.0, 200 * mm] + (acting[:2] @ on_line) * 250 * mm
+    assert abs(of_shaft) == pytest.approx(abs(of_teeth), rel=1e-5)
+
+
+def test_unbalance_has_no_part_in_statics():
+    loads = [exugear.load_distribution(on_two_springs(*x), 400.0, mesh_stiffness=15e9)["line_load"].values
+             for x in ((), (exugear.Unbalance(1e-3),))]  # fmt: skip
+    np.testing.assert_array_equal(*loads)
+
+
+@pytest.mark.parametrize("elastic", [True, False])
+def test_bearings_carry_weight_and_forces_of_elastic_and_rigid_shafts(elastic):
+    sections, gravity = [(30 * mm, 400 * mm)] if elastic else None, (3.0, -9.81, 2.0)
+    force = exugear.ExternalForce(y=-50.0, z=20.0, moment_x=3.0)
+    box = on_two_springs(force, sections=sections, gravity=gravity)
+    data, plain = (
+        exugear.load_distribution(x, 40.0, mesh_stiffness=15e9) for x in (box, on_two_springs(sections=sections))
+    )
+    shaft = box.shafts[0]
+    added = (data["bearing_force"] - plain["bearing_force"]).values
+    np.testing.assert_allclose(added.sum(axis=0), -shaft.mass * np.array(gravity) - [0, -50, 20], atol=1e-6)
+
+
+def test_the_free_end_of_a_shaft_sags_as_a_cantilever_under_its_weight():
+    """w a^4/(8 E I) and shear w a^2/(2 kappa G A) of the 150 mm beyond its bearing, on the slope there."""
+    d, beyond, g = 30 * mm, 200 * mm, 9.81
+    box = on_two_springs(sections=[(d, 400 * mm)], gravity=(0, -g, 0), material=STEEL)
+    data = exugear.load_distribution(box, 40.0, mesh_stiffness=15e9).sel(shaft="fast")
+    at = {x: [float(np.interp(x, data["axial"], data[name][i])) for name, i in (("deflection", 1), ("tilt", 0))]
+          for x in (200 * mm, 400 * mm)}  # fmt: skip
+    sag = at[400 * mm][0] - at[200 * mm][0] + beyond * at[200 * mm][1]
+    area, second = np.pi * d**2 / 4, np.pi * d**4 / 64
+    weight, kappa, G = STEEL.density * area * g, 6 * 1.3 / (7 + 6 * 0.3), STEEL.E / 2.6
+    expected = weight * beyond**4 / (8 * STEEL.E * second) + weight * beyond**2 / (2 * kappa * G * area)
+    assert sag == pytest.approx(-expected, rel=1e-4)
+
+
 def test_light_loads_leave_a_part_of_the_face_empty():
     box = helical_box(overhung=True, bearing=exugear.Bearing(radial=3e8, axial=1e8, clearance=10 * um))
     data = exugear.load_distribution(box, 20.0, mesh_stiffness=15e9)

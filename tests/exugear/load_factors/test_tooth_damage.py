@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from paper_gears import paper_pair
+from scenes import smooth_box
 
 import exugear
 import fem
@@ -89,6 +90,19 @@ def test_contacts_of_a_sun_with_three_planets_count():
     once = exugear.tooth_damage(stresses(), 300.0, SPEED, HOURS, bending=LINE)
     thrice = exugear.tooth_damage(stresses(), 300.0, SPEED, HOURS, bending=LINE, contacts=(3, 1))
     assert (thrice["damage"] / once["damage"]).values.ravel() == pytest.approx([3, 1])
+
+
+def test_a_spectrum_damages_each_flank_by_its_cases():
+    """The sum by hand; hours in which the back flanks carry lengthen the life."""
+    box = smooth_box()
+    cases = [exugear.LoadCase("drive", SPEED, 250.0, 0.25), exugear.LoadCase("coast", SPEED, -250.0, 0.75)]
+    spectrum = exugear.LoadSpectrum(cases, time=4 * HOURS * 3600)
+    alone = exugear.tooth_damage(stresses(), 250.0, SPEED, HOURS, bending=LINE)
+    left = exugear.tooth_damage(stresses(), **spectrum.on_pinion(box), bending=LINE)
+    right = exugear.tooth_damage(stresses(), **spectrum.on_pinion(box, flank="right"), bending=LINE)
+    assert left["damage"].values == pytest.approx(alone["damage"].values)
+    assert left["life"].values == pytest.approx(4 * alone["life"].values)
+    assert right["damage"].values == pytest.approx(3 * alone["damage"].values)
 
 
 @pytest.mark.parametrize(

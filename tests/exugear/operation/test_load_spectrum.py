@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from scenes import smooth_box
+import xarray as xr
+from planetary_boxes import planetary
+from scenes import smooth_box, two_stages
 
 import exugear
 from exugear import LoadCase, LoadSpectrum, MotorCurve
@@ -101,3 +103,82 @@ def test_impossible_load_cases_are_refused():
         LoadSpectrum([])
     with pytest.raises(ValueError, match="must not all be 0"):
         LoadSpectrum([LoadCase("idle", 1.0, 1.0, 0.0)])
+
+
+def drive_and_coast(**options) -> LoadSpectrum:
+    return LoadSpectrum([LoadCase("drive", 100.0, 200.0, 3.0), LoadCase("coast", 50.0, -80.0)], **options)
+
+
+def test_a_spectrum_on_the_pinion_of_a_stage_follows_the_ratios_and_keeps_flanks_apart():
+    box, spectrum = two_stages(), drive_and_coast(time=4 * 3600.0)
+    for stage in (1, box.labels[1]):
+        left = spectrum.on_pinion(box, stage)
+        wheel, pinion = box.stages[1].pair.wheel, box.stages[1].pair.pinion
+        assert left["torque"] == pytest.approx([200 * pinion.z / abs(wheel.z), 0])
+        middle = abs(box.ratios["middle"])
+        assert np.abs(left["speed"]) == pytest.approx([100 * middle, 50 * middle])
+        assert left["hours"] == pytest.approx([3, 1])
+    right = spectrum.on_pinion(box, 1, hours=400.0, flank="right")
+    assert right["torque"] == pytest.approx([0, 80 * pinion.z / abs(wheel.z)]) and right["hours"].sum() == 400
+
+
+def test_a_planet_turns_against_its_carrier():
+    """Mesh of sun and planet: the sun against the carrier; three planets share its torque."""
+    box = exugear.Gearbox([planetary()], held=["ring"])
+    assert box.driving.name == "sun" and box.driven.name == "carrier"
+    case = LoadSpectrum([LoadCase("rated", 100.0, 400.0)], 3600.0)
+    ratio = 30 / (30 + 90)
+    on_sun = case.on_pinion(box, 0)
+    assert abs(on_sun["speed"][0]) == pytest.approx(100 * (1 - ratio))
+    assert on_sun["torque"][0] == pytest.approx(400 * ratio / 3)
+
+
+def powers(speeds, loads, ratio: float = 0.5, share: float = 0.02) -> xr.Dataset:
+    """Losses of a share of the power that enters; a load < 0 drives."""
+    grid = np.multiply.outer(np.array(speeds), ratio * np.array(loads))
+    entering = np.where(grid > 0, grid / (1 - share), grid * (1 - share))
+    over = ("speed", "load")
+    return xr.Dataset({"power_in": (over, entering), "power_out": (over, grid)}, {"speed": speeds, "load": loads})
+
+
+def test_efficiency_over_a_cycle_weights_each_case_by_its_energy():
+    data = powers([20.0, 80.0, 120.0], [-100.0, -50.0, 50.0, 300.0])
+    whole = drive_and_coast().efficiency(data)
+    assert float(whole["efficiency"]) == pytest.approx(0.98, rel=1e-12)
+    assert whole["power_out"].values == pytest.approx([0.5 * 100 * 200, -0.5 * 50 * 80])
+    # One case with half the loss: shares of the energy that enters, 1 : 0.2, not of the time.
+    cases = LoadSpectrum(
+        [LoadCase("a", 80.0, 50.0, 0.1), LoadCase("b", 20.0, 50.0, 0.8), LoadCase("rest", 0.0, 0.0, 0.1)]
+    )
+    better = data["power_out"].sel(speed=20.0, load=50.0) / 0.99
+    data["power_in"].loc[{"speed": 20.0, "load": 50.0}] = better
+    out = np.array([0.1 * 80, 0.8 * 20])
+    assert float(cases.efficiency(data)["efficiency"]) == pytest.approx(
+        out.sum() / (out / [0.98, 0.99]).sum(), rel=1e-12
+    )
+
+
+def test_what_a_spectrum_lacks_is_refused():
+    spectrum, box = drive_and_coast(), smooth_box()
+    for words, options in {
+        "hours of the duty cycle must be given": {},
+        "stage must be 0 to 0": {"hours": 1.0, "stage": 1},
+        "flank must be 'left' or 'right'": {"hours": 1.0, "flank": "up"},
+        "hours must be > 0": {"hours": -1.0},
+    }.items():
+        with pytest.raises(ValueError, match=words):
+            spectrum.on_pinion(box, **options)
+    speeds, loads = [20.0, 120.0], [-100.0, -50.0, 50.0, 300.0]
+    holed = powers(speeds, loads)
+    holed["power_in"][1, 3] = np.nan
+    for words, data in {
+        "its speed lies beyond 60 to 120": powers([60.0, 120.0], loads),
+        "its load lies beyond -100 to 150": powers(speeds, [-100.0, -50.0, 150.0]),
+        "no load between -50 and 300|no load between -100 and 50": powers(speeds, [-100.0, 50.0, 300.0]),
+        "data were not solved beside drive": holed,
+        "pass what exugear.efficiency returns": holed.drop_vars("power_out"),
+    }.items():
+        with pytest.raises(ValueError, match=words):
+            spectrum.efficiency(data)
+    with pytest.raises(ValueError, match="all stand still"):
+        LoadSpectrum([LoadCase("rest", 0.0, 0.0)]).efficiency(holed)
