@@ -12,8 +12,9 @@ those of the side on which the motion is.
 
 Newton's iteration takes the law as a spring along the force instead, which turns with the phase: with the rows r and p
 of unit mesh force and unit torque by the phase, k r r^T + F_phase (r p^T + p r^T) + U_phase,phase p p^T stands for the
-sum; the slopes by the phase follow from the numbers an instant later. What this leaves out are the changes with the
-offsets. It needs no further compiled code; `law_slopes` would lengthen the first compilation by 3 s.
+sum; the slopes by the phase follow from the numbers an instant later, in runs. Of static solves, where the teeth turn
+little, k r r^T stands for the sum, with the row r of all numbers per force. What this leaves out are the changes with
+the offsets. It needs no further compiled code; `law_slopes` would lengthen the first compilation by 3 s.
 """
 
 from math import ulp
@@ -177,7 +178,7 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
     if force <= 0.0:
         return np.zeros((n, n))
     stiffening = across = along = 0.0
-    if lag or any(q_t):
+    if lag:
         rates, stiffening, (deflection_rate, phase_rate) = held.rates(point, t, numbers, k)
         if abs(phase_rate) > SLOWEST:
             across = (rates[FORCE] - k * deflection_rate) / phase_rate
@@ -188,7 +189,10 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
     held.hold_flank(side)
     static = numbers * STATIC
     at_zero = held.forces(point, NO_NUMBERS, rubs=False)
-    row, roll = (at_zero - held.forces(point, UNITS[i], rubs=False) for i in (FORCE, BY_PHASE))
+    if across or along:
+        row, roll = (at_zero - held.forces(point, UNITS[i], rubs=False) for i in (FORCE, BY_PHASE))
+    else:
+        row, roll = (at_zero - held.forces(point, static, rubs=False)) / force, np.zeros(n)
     rubbing = row
     if rubs:
         smooth, rough = (held.forces(point, static, rubs=x) for x in (False, True))

@@ -76,6 +76,7 @@ def test_torques_mesh_and_bearings_balance_in_a_model_built_by_hand(tmp_path):
     assert list(errors.values()) == pytest.approx([0, 0], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_coast_down_follows_the_closed_form_and_its_energy_balances(tmp_path):
     box, run = coast_down.main(tmp_path, quick=True)
     motor = run.data["shaft_speed"].sel(shaft="motor").values
@@ -126,6 +127,7 @@ def test_a_thicker_shaft_evens_the_load_over_faces_and_rollers(tmp_path):
     assert abs(thick["noise [dB]"] - thin["noise [dB]"]) > 0.1
 
 
+@pytest.mark.slow
 def test_shuttling_moves_the_load_between_the_bearings_at_a_constant_mesh_force(tmp_path):
     for tilt, run in shuttling.main(tmp_path, quick=True).items():
         settled = run.data.isel(time=slice(run.data["time"].size // 2, None))
@@ -174,6 +176,7 @@ def test_a_ring_on_bolts_hears_three_planets_at_every_third_order(tmp_path):
     assert min(lines[96], lines[102]) > lines[99]
 
 
+@pytest.mark.slow
 def test_side_bands_and_ghost_of_a_real_pinion_are_those_of_its_transmission_error(tmp_path):
     orders = side_bands.main(tmp_path, quick=True)
     alike, real = (np.array(orders[name]) for name in ("teeth alike", "real pinion"))
