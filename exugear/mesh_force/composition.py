@@ -30,7 +30,7 @@ from fem.support.numba_cache import compiled
 MOST, ROWS = 8, 17
 SPACE = MOST * (ROWS + 2 * MOST)
 S, FREE, X, LOAD, STIFFNESS, LOAD_BY_S, ENERGY, BY_S, BY_LEVER, INCREASE, INCREASE_SLOPE = range(11)
-RIGHT, FURTHER, TOOTH_1, TOOTH_2, LARGEST, UNLOADED = range(11, ROWS)
+RIGHT, FURTHER, VARIANT_1, VARIANT_2, LARGEST, UNLOADED = range(11, ROWS)
 MATRIX, COUPLINGS = ROWS, ROWS + MOST
 #: Newton's method ends where a step is this share of the deflection; the last step then changes the loads linearly.
 CONVERGED, STEPS = 1e-4, 40
@@ -164,8 +164,8 @@ def place_pairs(teeth, phase, space):
         s = ahead + k + min(max((d_2 - d_1) * teeth.turn, -0.05), 0.05)
         if teeth.first <= s <= teeth.last:
             space[S * MOST + n], space[FREE * MOST + n] = s, d_1 + d_2
-            space[TOOTH_1 * MOST + n] = variant_of(teeth, teeth.variant_1_start, tooth_1)
-            space[TOOTH_2 * MOST + n] = variant_of(teeth, teeth.variant_2_start, tooth_2)
+            space[VARIANT_1 * MOST + n] = variant_of(teeth, teeth.variant_1_start, tooth_1)
+            space[VARIANT_2 * MOST + n] = variant_of(teeth, teeth.variant_2_start, tooth_2)
             n += 1
         k += 1
     return n
@@ -199,7 +199,7 @@ def composed_range(table, block, cell: Cell):
     for p in range(n):
         s = space[S * MOST + p]
         extent = range_of(single, block, phase_cell(single, s - teeth.first))
-        further = increments_of(teeth, int(space[TOOTH_1 * MOST + p]), int(space[TOOTH_2 * MOST + p]), s, 0.0)
+        further = increments_of(teeth, int(space[VARIANT_1 * MOST + p]), int(space[VARIANT_2 * MOST + p]), s, 0.0)
         touches = extent.unloaded + space[FREE * MOST + p] + further.value
         if touches < unloaded:
             unloaded, unloaded_slope = touches, extent.unloaded_slope + further.by_s
@@ -217,10 +217,10 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
     least, largest_force, end = inf, 0.0, inf
     for p in range(place_pairs(teeth, phase_of(table, cell), space)):
         s, free = space[S * MOST + p], deflection - space[FREE * MOST + p]
-        one, two = space[TOOTH_1 * MOST + p], space[TOOTH_2 * MOST + p]
+        variant_1, variant_2 = space[VARIANT_1 * MOST + p], space[VARIANT_2 * MOST + p]
         at = phase_cell(single, s - teeth.first)
         extent = range_of(single, block, at)
-        free -= increments_of(teeth, int(one), int(two), s, 0.0).value
+        free -= increments_of(teeth, int(variant_1), int(variant_2), s, 0.0).value
         touches = extent.unloaded
         if lever != 0.0 and single.has_centroid != 0:
             touches += lever * centroid_of_block(single, block, at, extent, 0.0).value
@@ -231,8 +231,10 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
             space[X * MOST + n] = free
             space[UNLOADED * MOST + n], space[STIFFNESS * MOST + n] = touches, extent.largest_force / extent.largest
             space[INCREASE * MOST + n], space[INCREASE_SLOPE * MOST + n] = space[FREE * MOST + n] - free, 0.0
-            space[LARGEST * MOST + n] = free if one < 0.0 and two < 0.0 else extent.unloaded + extent.largest
-            space[TOOTH_1 * MOST + n], space[TOOTH_2 * MOST + n] = one, two
+            space[LARGEST * MOST + n] = (
+                free if variant_1 < 0.0 and variant_2 < 0.0 else extent.unloaded + extent.largest
+            )
+            space[VARIANT_1 * MOST + n], space[VARIANT_2 * MOST + n] = variant_1, variant_2
             largest_force = max(largest_force, extent.largest_force)
             if free - touches > (1.0 + CONTINUED) * extent.largest:
                 end = min(end, deflection - (free - touches) + extent.largest)
@@ -271,7 +273,11 @@ def write_loads(teeth, single, block, lever, n, space):
     """Write the potentials of single tooth pairs at the deflections X, and increments; whether there are any."""
     varies = False
     for p in range(n):
-        s, one, two = space[S * MOST + p], int(space[TOOTH_1 * MOST + p]), int(space[TOOTH_2 * MOST + p])
+        s, variant_1, variant_2 = (
+            space[S * MOST + p],
+            int(space[VARIANT_1 * MOST + p]),
+            int(space[VARIANT_2 * MOST + p]),
+        )
         u = block_potential(single, block, phase_cell(single, s - teeth.first), space[X * MOST + p], lever)
         space[LOAD * MOST + p], space[STIFFNESS * MOST + p], space[LOAD_BY_S * MOST + p] = (
             u.force,
@@ -282,9 +288,9 @@ def write_loads(teeth, single, block, lever, n, space):
         space[ENERGY * MOST + p] = u.energy + u.force * (space[FREE * MOST + p] - space[X * MOST + p])
         space[BY_S * MOST + p], space[BY_LEVER * MOST + p] = u.by_phase, u.by_lever
         space[INCREASE * MOST + p], space[INCREASE_SLOPE * MOST + p] = 0.0, 0.0
-        if one >= 0 or two >= 0:
+        if variant_1 >= 0 or variant_2 >= 0:
             varies = True
-            further = increments_of(teeth, one, two, s, u.force)
+            further = increments_of(teeth, variant_1, variant_2, s, u.force)
             space[INCREASE * MOST + p], space[INCREASE_SLOPE * MOST + p] = further.value, further.by_load
             space[ENERGY * MOST + p] -= further.work
             space[BY_S * MOST + p] -= further.work_by_s
@@ -347,17 +353,17 @@ def summed(teeth, n, penetration, largest_force, space):
         energy, force = energy + space[ENERGY * MOST + p], force + space[LOAD * MOST + p]
         by_phase, by_lever = by_phase + space[BY_S * MOST + p], by_lever + space[BY_LEVER * MOST + p]
         force_by_s += space[LOAD_BY_S * MOST + p]
-    one, two = int(space[TOOTH_1 * MOST]), int(space[TOOTH_2 * MOST])
-    if n == 1 and one < 0 and two < 0:
+    variant_1, variant_2 = int(space[VARIANT_1 * MOST]), int(space[VARIANT_2 * MOST])
+    if n == 1 and variant_1 < 0 and variant_2 < 0:
         stiffness = space[STIFFNESS * MOST]
         return Potential(energy, penetration, force, stiffness, force_by_s, by_phase, by_lever, largest_force)
     write_system(n, space)
     for p in range(n):
         s, load, by_s = space[S * MOST + p], space[LOAD * MOST + p], space[LOAD_BY_S * MOST + p]
-        one, two = int(space[TOOTH_1 * MOST + p]), int(space[TOOTH_2 * MOST + p])
+        variant_1, variant_2 = int(space[VARIANT_1 * MOST + p]), int(space[VARIANT_2 * MOST + p])
         space[RIGHT * MOST + p], space[FURTHER * MOST + p] = 1.0, 0.0
-        if one >= 0 or two >= 0:
-            further = increments_of(teeth, one, two, s, load)
+        if variant_1 >= 0 or variant_2 >= 0:
+            further = increments_of(teeth, variant_1, variant_2, s, load)
             space[FURTHER * MOST + p] = -further.by_s - further.by_load * by_s
     for p in range(n):
         for q in range(p + 1, n):
