@@ -93,15 +93,15 @@ def test_recipes_run(tmp_path):
     bearings = data["bearing_force"].sel(bearing=["slow at 0 mm", "slow at 60 mm"]).sum("bearing").isel(time=0)
     assert bearings.values == pytest.approx(-pushed, abs=2e-3 * force)
     assert np.isfinite(data["dte"].values).all()
-    losses, booked, efficiencies = names["losses"], names["booked"], names["efficiencies"]
-    variables = {*data.data_vars, *losses.data_vars, *booked.data.data_vars}
+    losses, balanced, efficiencies = names["losses"], names["balanced"], names["efficiencies"]
+    variables = {*data.data_vars, *losses.data_vars, *balanced.data.data_vars}
     assert variables <= set(re.findall(r"`(\w+)`", text(REFERENCE)))
     assert float(losses["friction_loss"].mean()) == pytest.approx(39, rel=0.1)
     assert losses["drag_loss"].mean("time").values == pytest.approx([15, 15], rel=0.05)
     (printed,) = blocks(HOW_TO, "text")
     lines = [
         (x.split(), y.split())
-        for x, y in zip(str(booked.energy_balance(0.01)).splitlines(), printed.splitlines(), strict=True)
+        for x, y in zip(str(balanced.energy_balance(0.01)).splitlines(), printed.splitlines(), strict=True)
     ]
     for actual, stated in lines[1:-1]:
         assert actual[:-2] == stated[:-2]
