@@ -20,6 +20,7 @@ from exugear.planning.sampling import listed_phases
 from exugear.planning.set_words import stages_of_sets, words_of_sets
 from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
+from fem.support.blas_threads import one_thread
 from fem.support.validation import require
 from fem.units import um
 
@@ -148,6 +149,12 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     Returns a `Plan`: print it, pass it to `exugear.build`. Integrator, step and cost are known once the model is built.
     Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
     """
+    with one_thread():
+        return _plan(gearbox, load, loads)
+
+
+def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None) -> Plan:
+    """`plan`; its many small eigenproblems take up to 40 times longer on several threads of a machine at work."""
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
