@@ -164,10 +164,10 @@ def plan(
     Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
     """
     with one_thread():
-        return _plan(gearbox, load, loads)
+        return _plan(gearbox, load, loads, housing_modes)
 
 
-def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None) -> Plan:
+def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None, housing_modes: int | None) -> Plan:
     """`plan`; its many small eigenproblems take up to 40 times longer on several threads of a machine at work."""
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
