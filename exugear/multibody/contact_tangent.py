@@ -17,6 +17,7 @@ little, k r r^T stands for the sum, with the row r of all numbers per force. Wha
 the offsets. It needs no further compiled code; `law_slopes` would lengthen the first compilation by 3 s.
 """
 
+from collections.abc import Sequence
 from math import ulp
 from typing import NamedTuple
 
@@ -25,9 +26,10 @@ import numpy as np
 from exugear.contact.recorder import HEADER
 from exugear.contact.reference_configuration import turns_forces
 from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPIN, velocity_by_vector
-from exugear.mesh_force.kernel_records import address_of, changed
+from exugear.mesh_force.kernel_records import address_of, changed, floats_of
+from exugear.mesh_force.layout import start_of_field
 from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, BY_PHASE, DAMPING, FORCE, law_slopes
-from exugear.multibody.integrator_steps import HELD, NOTED, OUT_OF_MESH
+from exugear.multibody.integrator_steps import CONTACT_STATE, HELD, NOTED, OUT_OF_MESH
 
 #: Step of differences of the geometry [m, rad], over the spacing of floats at the largest coordinate at least, and over
 #: the speed at which friction fades.
@@ -44,6 +46,11 @@ COMPONENTS = {SPIN: [5], PLANAR: [0, 1, 5]}
 HELD_STEP = 1e-6
 #: Backlash [m] with which the flank of a held contact stays the same.
 SAME_FLANK = 1e9
+#: Where fields lie among the floats of a contact state; all that a contact notes of its law, up to the arguments used.
+ENGAGED, LAG, MOBILITY = (start_of_field(CONTACT_STATE, name) // 8 for name in ("engaged", "lag", "mobility"))
+FIRST = {name: start_of_field(CONTACT_STATE, name) // 8 for name in ("pinion_lag", "wheel_lag", "numbers", "arguments")}
+PINION_LAG, WHEEL_LAG = (slice(FIRST[name], FIRST[name] + 6) for name in ("pinion_lag", "wheel_lag"))
+NUMBERS, NOTES = slice(FIRST["numbers"], FIRST["numbers"] + 6), slice(FIRST["numbers"], FIRST["arguments"] + 2)
 #: Header of a recorder that takes no samples, and its address.
 NO_SAMPLES = np.zeros(1, HEADER)[0]
 SAMPLES = address_of(NO_SAMPLES)
@@ -70,17 +77,37 @@ class ContactTangent(NamedTuple):
     damping: float
 
 
+class Noted(NamedTuple):
+    """What a contact notes of its law in a call.
+
+    numbers     (6,) that the law gives
+    stiffness   of the force by the deflection [N/m]
+    side        of the flank
+    deflection, phase   at which the law was evaluated [m, pitches]
+    """
+
+    numbers: list[float]
+    stiffness: float
+    side: float
+    deflection: float
+    phase: float
+
+
 class HeldContact:
     """A contact whose law is replaced by held numbers: its forces depend on them, on geometry and on friction.
 
     kernel, records   `exugear.multibody.gear_contact.StoredContact`; the state among the records is a copy, whose lag
                       this leaves out
     kinds             of the bodies
+
+    A run asks for its matrix in each segment: the state is read and written as floats, as numpy takes a microsecond and
+    more for the field of a record.
     """
 
     def __init__(self, kernel, records, kinds: tuple[str, ...]):
         self.law, self.frame, self.state, self.friction = records
-        self.kernel, self.kinds, self.numbers = kernel, kinds, self.state["numbers"]
+        self.kernel, self.kinds = kernel, kinds
+        self.turns_forces = turns_forces(self.frame)
         self.on_flank = {side: changed(self.law.head, backlash=side * SAME_FLANK) for side in (1.0, -1.0)}
         rough = smooth = address_of(self.friction)
         if self.friction is not None:
@@ -90,61 +117,47 @@ class HeldContact:
             rubs: [address_of(self.law), address_of(self.frame), address_of(self.state), friction, SAMPLES]
             for rubs, friction in ((True, rough), (False, smooth))
         }
+        self.laws = {0.0: address_of(self.law)} | {side: address_of(law) for side, law in self.on_flank.items()}
+        self.floats = floats_of(self.state)
         self.t = 0.0
 
     def begin(self, t: float) -> None:
         """Evaluate from now on at t [s], without lag, whichever flank is nearest to contact."""
-        self.t, self.state.lag = t, 0.0
-        self.state["pinion_lag"], self.state["wheel_lag"] = 0.0, 0.0
-        self._take(self.law)
+        self.t = t
+        self.floats[LAG] = self.floats[PINION_LAG] = self.floats[WHEEL_LAG] = 0.0
+        self.hold_flank(0.0)
 
     def hold_flank(self, side: float) -> None:
-        """Keep the flank that is nearest to contact: +1 driving, -1 back flank."""
-        self._take(self.on_flank[side])
+        """Keep the flank that is nearest to contact: +1 driving, -1 back flank; 0: do not."""
+        self.addresses[True][0] = self.addresses[False][0] = self.laws[side]
 
-    def _take(self, law: np.record) -> None:
-        address = address_of(law)
-        self.addresses[True][0], self.addresses[False][0] = address, address
+    def noted(self, point: list[float], t: float) -> Noted:
+        """What the law gives at coordinates and velocities (2 n,)."""
+        self.floats[ENGAGED] = NOTED
+        self.kernel(*self.addresses[True], t, *point)
+        *numbers, stiffness, side, deflection, phase = self.floats[NOTES].tolist()
+        return Noted(numbers, stiffness, side, deflection, phase)
 
-    def noted(self, point: np.ndarray, t: float) -> tuple[np.ndarray, float]:
-        """Numbers (6,) that the law gives, and its stiffness [N/m]."""
-        self.state.engaged = NOTED
-        self.kernel(*self.addresses[True], t, *point.tolist())
-        return self.numbers.copy(), float(self.state.stiffness)
-
-    def rates(
-        self, point: np.ndarray, t: float, numbers: np.ndarray, stiffness: float
-    ) -> tuple[np.ndarray, float, np.ndarray]:
-        """Rates (6,) of the numbers and of the stiffness as the bodies move, and (2,) of deflection and phase [1/s]."""
-        n, arguments = point.size // 2, []
-        later = point + AHEAD * np.array([*point[n:], *[0.0] * n])
-        for self.t, x in ((t + AHEAD, later), (t, point)):
-            self.forces(x, NO_NUMBERS, rubs=False)
-            arguments.append(self.state.arguments[:2].copy())
-        numbers_later, stiffness_later = self.noted(later, t + AHEAD)
-        change = numbers_later - numbers, stiffness_later - stiffness, arguments[0] - arguments[1]
-        return change[0] / AHEAD, change[1] / AHEAD, change[2] / AHEAD
-
-    def forces(self, point: np.ndarray, numbers: np.ndarray, *, rubs: bool) -> np.ndarray:
+    def forces(self, point: list[float], numbers: Sequence[float], *, rubs: bool) -> np.ndarray:
         """(n,) generalized forces at coordinates and velocities (2 n,) under held numbers (6,)."""
-        self.state.engaged, self.numbers[:] = HELD, numbers
-        return np.array(self.kernel(*self.addresses[rubs], self.t, *point.tolist()))
+        self.floats[ENGAGED], self.floats[NUMBERS] = HELD, numbers
+        return np.array(self.kernel(*self.addresses[rubs], self.t, *point))
 
-    def by_coordinates(self, point: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    def by_coordinates(self, point: list[float], numbers: Sequence[float]) -> np.ndarray:
         """(n, n) slopes of the forces under held numbers by the coordinates."""
-        q = point[: point.size // 2]
-        return self._differences(point, numbers, range(q.size), max(STEP, LEAST_SPACINGS * ulp(np.abs(q).max())))
+        q = point[: len(point) // 2]
+        return self._differences(point, numbers, range(len(q)), max(STEP, LEAST_SPACINGS * ulp(max(map(abs, q)))))
 
-    def by_rubbing(self, point: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    def by_rubbing(self, point: list[float], numbers: Sequence[float]) -> np.ndarray:
         """(n, n) slopes of the forces under held numbers without damping by the velocities, through friction."""
-        n = point.size // 2
-        step = max(SHARE_OF_FADING * float(self.friction.head.speed), LEAST_SPACINGS * ulp(np.abs(point[n:]).max()))
+        n = len(point) // 2
+        step = max(SHARE_OF_FADING * float(self.friction.head.speed), LEAST_SPACINGS * ulp(max(map(abs, point[n:]))))
         return self._differences(point, numbers, range(n, 2 * n), step)
 
-    def _differences(self, point: np.ndarray, numbers: np.ndarray, entries, step: float) -> np.ndarray:
+    def _differences(self, point: list[float], numbers: Sequence[float], entries, step: float) -> np.ndarray:
         """(n, n) slopes of the forces under held numbers by entries of the point, by central differences."""
-        self.state.engaged, self.numbers[:] = HELD, numbers
-        state, addresses, columns = point.tolist(), self.addresses[True], []
+        self.floats[ENGAGED], self.floats[NUMBERS] = HELD, numbers
+        state, addresses, columns = list(point), self.addresses[True], []
         for i in entries:
             middle = state[i]
             state[i] = middle + step
@@ -163,54 +176,62 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
     just touch count as pressed: static solves begin there. The slopes
     along the line of action are those with the correction of the lag of velocities (`integrator_steps.true_rate`).
     """
-    n, point, state, rubs = len(q), np.array([*q, *q_t], float), held.state, held.friction is not None
-    lag, mobility = float(state.lag), float(state.mobility)
-    by_bearings = _by_bearings(state, held.kinds, n) if lag else 0.0
-    if state.engaged == OUT_OF_MESH:
+    n, point, rubs = len(q), [*map(float, q), *map(float, q_t)], held.friction is not None
+    engaged, lag, mobility = (float(held.floats[i]) for i in (ENGAGED, LAG, MOBILITY))
+    if engaged == OUT_OF_MESH:
         return np.zeros((n, n))
+    by_bearings = _by_bearings(held, n) if lag else 0.0
     held.begin(t)
-    numbers, k = held.noted(point, t)
-    if numbers[FORCE] <= 0.0:
+    law = held.noted(point, t)
+    if law.numbers[FORCE] <= 0.0:
         row = held.forces(point, NO_NUMBERS, rubs=False) - held.forces(point, UNITS[FORCE], rubs=False)
-        point[:n] += TOUCHING * row / max(row @ row, TOUCHING)
-        numbers, k = held.noted(point, t)
-    force, c, side = float(numbers[FORCE]), float(numbers[DAMPING]), float(state.side)
+        touching = TOUCHING * row / max(row @ row, TOUCHING)
+        point = [*(np.array(point[:n]) + touching).tolist(), *point[n:]]
+        law = held.noted(point, t)
+    force, k, c = law.numbers[FORCE], law.stiffness, law.numbers[DAMPING]
     if force <= 0.0:
         return np.zeros((n, n))
     stiffening = across = along = 0.0
     if lag:
-        rates, stiffening, (deflection_rate, phase_rate) = held.rates(point, t, numbers, k)
+        later = [x + AHEAD * v for x, v in zip(point, point[n:], strict=False)] + point[n:]
+        ahead = held.noted(later, t + AHEAD)
+        stiffening, phase_rate = (ahead.stiffness - k) / AHEAD, (ahead.phase - law.phase) / AHEAD
         if abs(phase_rate) > SLOWEST:
-            across = (rates[FORCE] - k * deflection_rate) / phase_rate
-            along = (rates[BY_PHASE] - across * deflection_rate) / phase_rate
-    mobility = mobility if side > 0 else 0.0
+            deflection_rate = (ahead.deflection - law.deflection) / AHEAD
+            rate, rate_by_phase = ((ahead.numbers[i] - law.numbers[i]) / AHEAD for i in (FORCE, BY_PHASE))
+            across = (rate - k * deflection_rate) / phase_rate
+            along = (rate_by_phase - across * deflection_rate) / phase_rate
+    mobility = mobility if law.side > 0 else 0.0
     yielding = 1.0 + lag * mobility * c**2
-    numbers[DAMPING] = c * (1.0 + lag * k) / yielding
-    held.hold_flank(side)
-    static = numbers * STATIC
-    at_zero = held.forces(point, NO_NUMBERS, rubs=False)
+    static = [*law.numbers[:DAMPING], 0.0]
+    held.hold_flank(law.side)
+    at_zero, roll = held.forces(point, NO_NUMBERS, rubs=False), np.zeros(n)
     if across or along:
         row, roll = (at_zero - held.forces(point, UNITS[i], rubs=False) for i in (FORCE, BY_PHASE))
     else:
-        row, roll = (at_zero - held.forces(point, static, rubs=False)) / force, np.zeros(n)
+        row = (at_zero - held.forces(point, static, rubs=False)) / force
     rubbing = row
     if rubs:
         smooth, rough = (held.forces(point, static, rubs=x) for x in (False, True))
         rubbing = row + (smooth - rough) / force
     by_coordinates = ((k + c * lag * stiffening) * row - mobility * c**2 * by_bearings) / yielding + across * roll
-    by_velocities = c * (1.0 + lag * k) * (row + by_bearings) / yielding
-    spring = factors[0] * (np.outer(rubbing, by_coordinates) + np.outer(roll, across * row + along * roll))
-    spring += factors[1] * np.outer(row, by_velocities)
-    if rubs or turns_forces(held.frame):
-        spring -= factors[0] * held.by_coordinates(point, numbers)
+    by_velocities = c * (1.0 + lag * k) / yielding * (row + by_bearings)
+    spring = rubbing[:, None] * (factors[0] * by_coordinates) + row[:, None] * (factors[1] * by_velocities)
+    spring += roll[:, None] * (factors[0] * (across * row + along * roll))
+    if rubs or held.turns_forces:
+        with_damping = [*law.numbers[:DAMPING], c * (1.0 + lag * k) / yielding]
+        spring -= factors[0] * held.by_coordinates(point, with_damping)
     return spring - factors[1] * held.by_rubbing(point, static) if rubs else spring
 
 
-def _by_bearings(state: np.record, kinds: tuple[str, ...], n: int) -> np.ndarray:
+def _by_bearings(held: HeldContact, n: int) -> np.ndarray:
     """(n,) factors of the velocities by which bearings let the rate of the advance lag."""
-    lags = state.pinion_lag, state.wheel_lag, np.zeros(6)
-    of_bodies = np.concatenate([lag[COMPONENTS.get(kind, range(6))] for kind, lag in zip(kinds, lags, strict=False)])
-    return np.append(of_bodies, np.zeros(n - of_bodies.size))
+    factors, first = np.zeros(n), 0
+    for kind, lag in zip(held.kinds, (PINION_LAG, WHEEL_LAG), strict=False):
+        components = [*COMPONENTS.get(kind, range(6))]
+        factors[first : first + len(components)] = held.floats[lag][components]
+        first += len(components)
+    return factors
 
 
 def contact_tangent(held: HeldContact, q, q_t) -> ContactTangent:
@@ -218,7 +239,7 @@ def contact_tangent(held: HeldContact, q, q_t) -> ContactTangent:
 
     Velocities are true: without the correction of their lag.
     """
-    n, point, rubs = len(q), np.array([*q, *q_t], float), held.friction is not None
+    n, point, rubs = len(q), [*map(float, q), *map(float, q_t)], held.friction is not None
     held.begin(0.0)
     without = held.forces(point, NO_NUMBERS, rubs=False)
     side = float(held.state.side)
@@ -236,7 +257,7 @@ def contact_tangent(held: HeldContact, q, q_t) -> ContactTangent:
         change = HELD_STEP * numbers[FORCE] * UNITS[i]
         after, before = (held.forces(point, numbers + x, rubs=True) for x in (change, -change))
         by_number[i] = (after - before) / (2 * change[i])
-    if rubs or turns_forces(held.frame):
+    if rubs or held.turns_forces:
         by_coordinates = -held.by_coordinates(point, numbers)
     if rubs:
         by_velocities = by_velocities - held.by_rubbing(point, numbers * STATIC)

@@ -19,6 +19,7 @@ from exugear.contact.reference_configuration import is_rotated, rotational_frame
 from exugear.contact.rotation import SPIN
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
+from exugear.mesh_force.layout import is_composed
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.contact_kernels import kernel_of
@@ -165,7 +166,7 @@ def add_contact(
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     nodes = [*(node_of(mbs, item) for item in items), *([ring.node] if ring else [])]
     kinds = tuple(kind_of(mbs, item) for item in items)
-    kernel = kernel_of(kinds, records[1], rubs=records[3] is not None)
+    kernel = kernel_of(kinds, records[1], rubs=records[3] is not None, composed=is_composed(records[0]))
     functions = user_functions(mbs, nodes, ContactCopy(kernel, records, kinds), records, (recorder, ring))
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, **functions)
     item.visualization["show"] = False
@@ -199,7 +200,7 @@ def user_functions(
             matrix = copy.spring_matrix(t, q, q_t, (factor, factor_t))
         except ValueError as error:
             raise stopped(table, frame, error) from None
-        if state.steps.duration:
+        if state["steps"]["duration"]:
             note_matrix(state, frame, matrix, sizes)
         return matrix
 
@@ -316,9 +317,8 @@ def note_matrix(state: np.record, frame: np.record, matrix: np.ndarray, sizes: S
 
     sizes   numbers of coordinates of pinion and wheel, and of their carrier
     """
-    imposed = bool(state.imposed[1])
-    spin, gear = (sizes[0] - 1, frame.pinion) if imposed else (sizes[0] + sizes[1] - 1, frame.wheel)
-    state.steps.matrix = matrix[spin, spin] / gear.r_b**2
+    spin, gear = (sizes[0] - 1, "pinion") if state["imposed"][1] else (sizes[0] + sizes[1] - 1, "wheel")
+    state["steps"]["matrix"] = matrix[spin, spin] / frame[gear]["r_b"] ** 2
 
 
 extends(exu.MainSystem, "CreateGearContact")(CreateGearContact)

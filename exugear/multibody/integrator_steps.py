@@ -147,7 +147,7 @@ def begin_solve(state, t):
     state.begin = min(state.begin, t)
 
 
-@compiled
+@compiled(forceinline=True)
 def push_in_step(law, state, motion, beside, offsets):
     """(`Motion` ahead, `Push` there, force for the integrator without that of a pulse [N], dissipated power [W])."""
     steps = state.steps
@@ -172,7 +172,7 @@ def shifted(motion, advance, rate):
     return Motion(motion.advance + advance, motion.rate + rate, motion.opening, motion.phase, motion.phase_rate)
 
 
-@compiled
+@compiled(forceinline=True)
 def push_if_engaged(law, state, motion, offsets):
     """The `Push` of a law, none where the gears are out of mesh; notes whether teeth have touched."""
     if state.engaged == OUT_OF_MESH or state.engaged == HELD:
@@ -186,7 +186,8 @@ def push_if_engaged(law, state, motion, offsets):
         static, numbers = pushed.static, state.numbers
         numbers[0], numbers[1], numbers[2] = static.force, static.by_phase, static.by_a
         numbers[3], numbers[4], numbers[5] = static.by_misalignment, static.by_axial, pushed.damping
-        state.stiffness, state.side = static.stiffness, pushed.flank.side
+        state.stiffness = static.stiffness
+        note_arguments(state, pushed.flank, (0.0, nan, 0.0) if offsets is None else offsets)
     return pushed
 
 

@@ -142,7 +142,7 @@ class Conditions:
         values = np.zeros((len(self.anchors), *of_imposed.shape[1:]))
         values[:number] = of_imposed
         values[number:] = of_free
-        return np.tensordot(self.motions.T, values, 1)
+        return np.einsum("as,a...->s...", self.motions, values)
 
     def shaft_speeds(self, t) -> np.ndarray:
         """(n_shaft, ...) speeds at times [s] that the imposed ones prescribe."""
@@ -157,7 +157,8 @@ class Conditions:
     def driving_speed(self, t):
         """Prescribed speed of the driving shaft [rad/s] at times [s]."""
         motion = self.motions[:, self._number(self.gearbox.driving.name)]
-        return np.tensordot(motion, self.anchor_speeds(t), 1)
+        # BLAS would wake its threads, which then wait for more as they compute
+        return np.einsum("a,a...->...", motion, self.anchor_speeds(t))
 
     def anchor_speeds(self, t) -> np.ndarray:
         """(n_free, ...) prescribed speeds of the anchors about z [rad/s] at times [s]."""

@@ -27,6 +27,8 @@ def warn_of_mirrored(
     labels     of the stages
     forces     (n_stage, ...) mesh forces [N], < 0 on the coast flank
     """
+    if not mirrored:
+        return
     forces = np.nan_to_num(forces).reshape(len(labels), -1)
     total, coast = np.abs(forces).sum(axis=1), np.maximum(-forces, 0.0).sum(axis=1)
     parts = [
