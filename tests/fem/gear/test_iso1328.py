@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import fem
-from fem.gear.iso1328 import tolerances
 from fem.units import deg, mm, um
 
 
@@ -26,13 +25,13 @@ def test_class_6_of_1995_has_the_tolerances_of_the_tables(d, f_pt, F_p, F_alpha,
 
 
 def test_a_class_is_a_factor_of_the_square_root_of_two():
-    coarse, fine = (np.array(astuple(tolerances(300, 6, 100, n))) for n in (10, 6))
+    coarse, fine = (np.array(astuple(fem.iso1328(gear(z=50, m_n=6 * mm, b=100 * mm), n))) for n in (10, 6))
     assert coarse / fine == pytest.approx(4, rel=0.03)
 
 
 def test_the_edition_of_2013_takes_sizes_as_they_are():
     """f_pT = 0.001 d + 0.4 m_n + 5 and F_pT = 0.002 d + 0.55 sqrt(d) + 0.7 m_n + 12 [um], class 5."""
-    found = tolerances(378, 21, 550, 5)
+    found = fem.iso1328(gear(), 5)
     assert found.f_pt == pytest.approx(round(0.378 + 8.4 + 5) * um)
     assert found.F_p == pytest.approx(round(0.756 + 0.55 * np.sqrt(378) + 14.7 + 12) * um)
     assert found.F_alpha == pytest.approx(np.hypot(found.f_H_alpha, found.f_f_alpha), rel=0.05)
@@ -53,7 +52,7 @@ def test_what_the_standard_does_not_know_is_refused(arguments, message):
 
 def test_sizes_beyond_the_standard_are_refused():
     with pytest.raises(ValueError, match=r"b must lie in \[4, 1000\] mm of ISO 1328-1:1995, got 1100 mm"):
-        tolerances(378, 21, 1100, 6, edition=1995)
+        fem.iso1328(gear(b=1100 * mm), 6, edition=1995)
 
 
 @pytest.mark.parametrize("seed", range(5))
