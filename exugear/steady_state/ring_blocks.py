@@ -62,7 +62,8 @@ def ring_blocks(rings: Iterable[tuple[ElasticRing, np.ndarray]]) -> RingBlocks:
     """
     parts = [_blocks_of(elastic, indices) for elastic, indices in rings]
     joined = [np.concatenate(columns) for columns in zip(*parts, strict=True)] if parts else [np.zeros(0)] * 6
-    return RingBlocks(*joined[:4], joined[4].astype(int), joined[5])
+    damping_rate, frequency, masses, stiffness, indices, scale = joined
+    return RingBlocks(damping_rate, frequency, masses, stiffness, indices.astype(int), scale)
 
 
 def _blocks_of(elastic: ElasticRing, indices: np.ndarray) -> tuple[np.ndarray, ...]:
