@@ -1,6 +1,6 @@
 """Static displacement of a shaft, and forces, energies and losses as functions of its motion, for arrays of samples."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -174,21 +174,37 @@ def elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> tuple[np.
             hessian = hessian + rows.T @ of_bearing[2] @ rows
         return energy - float(forces @ q), gradient - forces, hessian
 
-    energy, residual, hessian = of_all(q)
-    for _ in range(MOST_STEPS):
-        step = np.zeros_like(q)
-        step[free] = np.linalg.solve(hessian[np.ix_(free, free)], -residual[free])
-        slope = float(residual @ step)
-        while of_all(q + step)[0] > energy + ARMIJO * slope and np.abs(step).max() > SMALLEST_STEP:
-            step, slope = step / 2, slope / 2
-        q, (energy, residual, hessian) = q + step, of_all(q + step)
-        if np.abs(step).max() <= SMALLEST_STEP:
-            break
+    q = of_least_energy(of_all, q, free)
     fixed = np.setdiff1d(elastic.turning[1:], [] if elastic.end is None else [elastic.end])
     if fixed.size:
         part = np.ix_(fixed, fixed)
         q[fixed] = np.linalg.solve(elastic.stiffness_matrix[part], forces[fixed])
     return q, {}
+
+
+def of_least_energy(
+    potential: Callable[[np.ndarray], tuple[float, np.ndarray, np.ndarray]],
+    q: np.ndarray,
+    free: np.ndarray,
+    solve: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.linalg.solve,
+) -> np.ndarray:
+    """Coordinates (n,) of least potential: Newton's iteration from q, shortened until the potential falls enough.
+
+    potential   of q: energy [J], gradient (n,), hessian (n, n)
+    free        indices of the coordinates that move
+    solve       (matrix, right side) -> solution
+    """
+    energy, gradient, hessian = potential(q)
+    for _ in range(MOST_STEPS):
+        step = np.zeros(q.size)
+        step[free] = solve(hessian[np.ix_(free, free)], -gradient[free])
+        slope = float(gradient @ step)
+        while potential(q + step)[0] > energy + ARMIJO * slope and np.abs(step).max() > SMALLEST_STEP:
+            step, slope = step / 2, slope / 2
+        q, (energy, gradient, hessian) = q + step, potential(q + step)
+        if np.abs(step).max() <= SMALLEST_STEP:
+            break
+    return q
 
 
 def bearing_forces(

@@ -208,7 +208,7 @@ def entry_of(kernel, number: int, n: int) -> int:
     Coordinates and velocities that a kernel takes as *x are one tuple to numba, as where Python calls it: the same code
     serves both.
     """
-    state = (types.float64,) * (2 * n)
+    state: tuple = (types.float64,) * (2 * n)
     if kernel.py_func.__code__.co_flags & CO_VARARGS:
         state = (types.UniTuple(types.float64, 2 * n),)
     arguments = (types.int64,) * number + (types.float64, *state)

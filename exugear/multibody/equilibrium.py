@@ -13,7 +13,7 @@ from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import potential, tangent_stiffness
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
-from exugear.gearbox.shaft_dynamics import ARMIJO, MOST_STEPS, SMALLEST_STEP, elastic_displacement, static_displacement
+from exugear.gearbox.shaft_dynamics import elastic_displacement, of_least_energy, static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
@@ -236,7 +236,7 @@ def _shared_among_planets(
 
 
 def _minimum(model: Model, q: np.ndarray, free: np.ndarray, linear: np.ndarray, loads: np.ndarray) -> np.ndarray:
-    """Coordinates (n,) of least potential of nonlinear bearings and a linear rest: Newton's iteration from q.
+    """Coordinates (n,) of least potential of nonlinear bearings and a linear rest, from q.
 
     free     indices of the coordinates that move
     linear   (n, n) stiffness of the rest
@@ -260,17 +260,7 @@ def _minimum(model: Model, q: np.ndarray, free: np.ndarray, linear: np.ndarray, 
             hessian[among] += rows[:5].T @ of_bearing[2] @ rows[:5]
         return energy, gradient, hessian
 
-    energy, gradient, hessian = potential_of(q)
-    for _ in range(MOST_STEPS):
-        step = np.zeros(q.size)
-        step[free] = np.linalg.lstsq(hessian[np.ix_(free, free)], -gradient[free])[0]
-        slope = float(gradient @ step)
-        while potential_of(q + step)[0] > energy + ARMIJO * slope and np.abs(step).max() > SMALLEST_STEP:
-            step, slope = step / 2, slope / 2
-        q, (energy, gradient, hessian) = q + step, potential_of(q + step)
-        if np.abs(step).max() <= SMALLEST_STEP:
-            break
-    return q
+    return of_least_energy(potential_of, q, free, lambda matrix, right: np.linalg.lstsq(matrix, right)[0])
 
 
 def _row_of_flank(model: Model, mesh: Mesh, side: float) -> np.ndarray:

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled
+from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, finished, legend, merged, styled
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import mm, um
@@ -39,10 +39,7 @@ def plot_line_load(data: xr.Dataset, ax: Axes | None = None, *, mesh: str | None
         shown = merged(style, color=colour, label=f"{label}\n{factors}")
         ax.plot(data["face"].values * width / mm, load / load.mean(), **shown)
     ax.axhline(1.0, color=GUIDE, linewidth=0.8, linestyle="--")
-    ax.set(xlabel="axial position from the middle of the face [mm]", ylabel="line load over its mean")
-    ax.set_ylim(bottom=0, auto=True)
-    legend(ax)
-    return ax
+    return finished(ax, xlabel="axial position from the middle of the face [mm]", ylabel="line load over its mean")
 
 
 @checked

@@ -104,6 +104,14 @@ def legend(ax: Axes, **options) -> None:
         ax.legend(**beside | options)
 
 
+def finished(ax: Axes, **axis) -> Axes:
+    """The axes of curves that begin at 0, with a legend; axis: their labels and limits, as of matplotlib's set."""
+    ax.set(**axis)
+    ax.set_ylim(bottom=0, auto=True)
+    legend(ax)
+    return ax
+
+
 def colour_bar(ax: Axes, picture, label: str, **options) -> None:
     """Colour bar of a picture beside its axes."""
     bar = ax.figure.colorbar(picture, ax=ax, label=fill(label, LABEL_LENGTH), **options)

@@ -5,7 +5,7 @@ from itertools import cycle
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, axes_or_new, check_result, graded, legend, merged, styled
+from exugear.plots.figures import DISTINCT, axes_or_new, check_result, finished, graded, legend, merged, styled
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import MPa, mm, rpm
@@ -68,10 +68,7 @@ def plot_dynamic_stress(data: xr.Dataset, ax: Axes | None = None, *, name: str =
     for (label, curve), colour in zip(curves.items(), DISTINCT, strict=False):
         ax.plot(abscissa, curve.values / MPa, **merged(style, color=colour, label=label or None))
     words = "speed of the driving shaft [rpm]" if axis == SPEED else "time [s]"
-    ax.set(xlabel=words, ylabel=f"{LABELS[name]} [MPa]")
-    ax.set_ylim(bottom=0, auto=True)
-    legend(ax)
-    return ax
+    return finished(ax, xlabel=words, ylabel=f"{LABELS[name]} [MPa]")
 
 
 @checked
@@ -90,7 +87,6 @@ def plot_load_factors(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes
         label = f"{float(row['torque']):.4g} N m: $K_{{H\\beta}}$ {factors[0]:.3g}, $K_{{H\\alpha}}$ {factors[1]:.3g}"
         ax.plot(axial, load, **merged(style, color=colour, label=label))
         ax.axhline(load.mean(), color=colour, linewidth=0.8, linestyle="--")
-    ax.set(xlabel="axial position [mm]", ylabel="line load of all tooth pairs [N/mm]", xlim=(axial[0], axial[-1]))
-    ax.set_ylim(bottom=0, auto=True)
-    legend(ax)
-    return ax
+    return finished(
+        ax, xlabel="axial position [mm]", ylabel="line load of all tooth pairs [N/mm]", xlim=(axial[0], axial[-1])
+    )

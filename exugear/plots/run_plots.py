@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled, title_of
+from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, finished, legend, merged, styled, title_of
 from exugear.running.run_data import stage_data
 from exugear.signals.envelope import Envelope, Peaks, bearing_force_rms, dte_envelope, envelope, mesh_cycles
 from exugear.signals.signal import require_signal, signal
@@ -70,10 +70,7 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int |
         outline = dte_envelope(run, stage)
         options = merged(style, color=colour, linestyle=dash, label=name)
         ax.plot(outline.abscissa, outline.amplitude / um, **options)
-    ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]")
-    ax.set_ylim(bottom=0, auto=True)
-    legend(ax)
-    return ax
+    return finished(ax, xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]")
 
 
 @checked
@@ -116,10 +113,7 @@ def plot_bearing_forces(run, ax: Axes | None = None, **style) -> Axes:
     lines = zip(forces["bearing"].values, forces.values, cycle(DISTINCT), cycle(DASHES), strict=False)
     for name, row, colour, dash in lines:
         ax.plot(forces["speed"] / rpm, row, **merged(style, color=colour, linestyle=dash, label=str(name)))
-    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial force [N]")
-    ax.set_ylim(bottom=0, auto=True)
-    legend(ax)
-    return ax
+    return finished(ax, xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial force [N]")
 
 
 @checked

@@ -11,7 +11,7 @@ import fem
 from fem import Density, section
 from fem.elasticity.extrusion import extruded, half_face
 from fem.elasticity.face_symmetry import Face, clamped
-from fem.reference.nonlinear import ContactProblem
+from fem.reference.nonlinear import ContactProblem, equilibrium, static_problem
 from fem.units import um
 
 COARSE = Density(flank=30)
@@ -103,3 +103,13 @@ class RawTwin:
             return gaps.closing @ f - force * self.problem.gears[0].face.share
 
         return brentq(excess_force, 0.0, 60 * um, xtol=1e-14)
+
+
+def problem_of(pair: fem.GearPair, density: Density, element, **options) -> ContactProblem:
+    """Contact of two gears under large displacements, as `fem.nonlinear` solves it."""
+    return static_problem(pair, density, element, **options)
+
+
+def balanced(problem: ContactProblem, phase: float, force: float):
+    """The state in equilibrium under a mesh force [N]."""
+    return equilibrium(problem, phase, force)

@@ -211,7 +211,7 @@ def test_bad_paths_are_refused_and_nothing_is_left(swept, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_browser_that_fails_leaves_the_page_and_warns(swept, tmp_path, monkeypatch):
+def test_a_browser_that_fails_leaves_the_page_and_warns(short, tmp_path, monkeypatch):
     programs, pages = tmp_path / "programs", tmp_path / "pages"
     for folder in (programs, pages):
         folder.mkdir()
@@ -219,7 +219,7 @@ def test_a_browser_that_fails_leaves_the_page_and_warns(swept, tmp_path, monkeyp
     (programs / "chromium").chmod(0o755)
     monkeypatch.setenv("PATH", str(programs))
     with pytest.warns(UserWarning, match="print it from a browser by hand"):
-        files = exugear.report(swept, pages / "run.html")
+        files = exugear.report(short, pages / "run.html")
     assert files == [pages / "run.html"]
     assert [path.name for path in pages.iterdir()] == ["run.html"]
 

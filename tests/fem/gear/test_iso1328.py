@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import fem
-from fem.gear.iso1328 import tolerances
 from fem.units import deg, mm, um
 
 
@@ -26,7 +25,7 @@ def test_class_6_of_1995_has_the_tolerances_of_the_tables(d, f_pt, F_p, F_alpha,
 
 
 def test_a_class_is_a_factor_of_the_square_root_of_two():
-    coarse, fine = (np.array(astuple(tolerances(300, 6, 100, n))) for n in (10, 6))
+    coarse, fine = (np.array(astuple(fem.iso1328(gear(z=50, m_n=6 * mm, b=100 * mm), n))) for n in (10, 6))
     assert coarse / fine == pytest.approx(4, rel=0.03)
 
 
@@ -41,15 +40,16 @@ def test_a_class_is_a_factor_of_the_square_root_of_two():
 )
 def test_the_edition_of_2013_takes_sizes_as_they_are(size, expected):
     """Formulas (5) to (12) by hand, rounded as in 5.2.3; totals before their parts are rounded, F_r = 0.9 F_p."""
-    given = tolerances(*size)
+    d, m_n, b, accuracy_class = size
+    given = fem.iso1328(gear(z=round(d / m_n), m_n=m_n * mm, b=b * mm, d_bore=20 * mm), accuracy_class)
     for name, value in expected.items():
         step = 1 if value > 10 else 0.5 if value >= 5 else 0.1
         assert getattr(given, name) / um == pytest.approx(np.floor(value / step + 0.5) * step), name
 
 
 def test_half_steps_are_rounded_up():
-    """f_pt = 0.5 + 3 + 5 = 8.5; times 2 it is 17, times 1/2 4.25, which is 4.3, not the even 4.2."""
-    assert tolerances(500, 7.5, 50, 3).f_pt == pytest.approx(4.3 * um)
+    """f_pt = 0.7 + 2.8 + 5 = 8.5; times 2 it is 17, times 1/2 4.25, which is 4.3, not the even 4.2."""
+    assert fem.iso1328(gear(z=100, m_n=7 * mm, b=50 * mm), 3).f_pt == pytest.approx(4.3 * um)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_sizes_beyond_the_standard_are_refused():
     with pytest.raises(ValueError, match="z must have 5 to 1000 teeth of ISO 1328-1:2013, got 1001; take edition=1995"):
         fem.iso1328(many, 6)
     with pytest.raises(ValueError, match=r"b must lie in \[4, 1000\] mm of ISO 1328-1:1995, got 1100 mm"):
-        tolerances(378, 21, 1100, 6, edition=1995)
+        fem.iso1328(gear(b=1100 * mm), 6, edition=1995)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -335,3 +335,15 @@ def test_modifications_end_with_the_flank():
     beyond = flank.removed(parts, gear.face, ends + np.array([-3, 3]) * mm, 0.0)
     assert beyond == pytest.approx(flank.removed(parts, gear.face, ends, 0.0))
     assert np.abs(beyond).max() < 10 * um
+
+
+def test_a_single_tooth_has_its_modifications_alone():
+    spall = fem.Spall(d=69 * mm, height=2 * mm, width=8 * mm, axial=2 * mm)
+    given = fem.Gear(
+        z=23, m_n=3 * mm, b=20 * mm, d_bore=20 * mm, flank=(fem.TipRelief(10 * um, 2 * mm), fem.OnTooth(5, spall))
+    )
+    roll, axial = np.array(given.face.roll_at(69 * mm)), np.array([2 * mm, -8 * mm])
+    for tooth in (5, -18, 28):
+        assert flank.removed(given.drive_flank, given.face, roll, axial, tooth=tooth) == pytest.approx([100 * um, 0])
+    assert flank.removed(given.drive_flank, given.face, roll, axial, tooth=4) == pytest.approx([0, 0])
+    assert flank.from_text(flank.to_text(given.flank)) == given.flank

@@ -7,7 +7,6 @@ import pytest
 from ring_gears import thin_ring_pair
 
 import fem
-from fem.microgeometry.flank import from_text, removed, to_text
 from fem.units import mm, um
 
 
@@ -45,16 +44,6 @@ def test_waviness_of_both_sides_belongs_to_the_same_teeth():
     assert [type(part) for part in one] == [type(part) for part in two]
     assert two[0].angle == pytest.approx(0.1) and two[1] == one[1]
     assert again.pinion.coast_flank == given.pinion.coast_flank
-
-
-def test_a_single_tooth_has_its_modifications_alone():
-    spall = fem.Spall(d=69 * mm, height=2 * mm, width=8 * mm, axial=2 * mm)
-    given = gear(flank=(fem.TipRelief(10 * um, 2 * mm), fem.OnTooth(5, spall)))
-    roll, axial = np.array(given.face.roll_at(69 * mm)), np.array([2 * mm, -8 * mm])
-    for tooth in (5, -18, 28):
-        assert removed(given.drive_flank, given.face, roll, axial, tooth=tooth) == pytest.approx([100 * um, 0])
-    assert removed(given.drive_flank, given.face, roll, axial, tooth=4) == pytest.approx([0, 0])
-    assert from_text(to_text(given.flank)) == given.flank
 
 
 def test_a_spall_softens_its_tooth_and_a_crack_does_so_more_at_the_tip():

@@ -7,13 +7,12 @@ import pytest
 from mating_gears import graded_twin, mating
 from measured_rows import deviation
 from paper_gears import paper_gear
-from raw_twin import COARSE, RawTwin, mean_and_peak_to_peak
+from raw_twin import COARSE, RawTwin, balanced, mean_and_peak_to_peak, problem_of
 from skfem import ElementHex1, ElementHex2, ElementQuad2
 from twins import plane_twin, twin_te
 
 import fem
 from fem import Density
-from fem.reference.nonlinear import equilibrium, static_problem, static_transmission_error
 from fem.units import mm, um
 
 RELIEF = fem.TipRelief(15 * um, 2.5 * mm)
@@ -23,7 +22,7 @@ HEXAHEDRA = Density(flank=24, fillet=3, tooth=3, rim=3, body=4, width=3, teeth=1
 
 @pytest.fixture(scope="module")
 def problem(paper_pair):
-    return static_problem(paper_pair, COARSE, ElementQuad2())
+    return problem_of(paper_pair, COARSE, ElementQuad2())
 
 
 def whole_cycle(half) -> np.ndarray:
@@ -35,7 +34,7 @@ def test_compliance_and_contact_are_near_on_a_coarse_mesh(paper_pair, problem):
     twin, force = plane_twin(paper_pair.pinion, COARSE, 1), 150 / paper_pair.pinion.r_b
     for phase in (0.0, 0.2, 0.4):
         expected = twin_te(paper_pair, twin, phase, force)
-        assert equilibrium(problem, phase, force).te == pytest.approx(expected, rel=0.02)
+        assert balanced(problem, phase, force).te == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.slow
@@ -45,7 +44,7 @@ def test_reference_of_independent_finite_elements(paper_pair):
     The same by compliance and contact, on the same mesh and on another.
     """
     density = Density(flank=66)
-    half = static_transmission_error(
+    half = fem.nonlinear.static_transmission_error(
         paper_pair, [150, 350], np.arange(16) / 30, density=density.refined(2), progress=False
     )
     twins = graded_twin(paper_pair, density, 2), plane_twin(paper_pair.pinion, Density(flank=44), 4)
@@ -65,7 +64,7 @@ def test_compliance_and_contact_are_the_nonlinear_method_with_relief(measured):
     density, torque = Density(flank=66), [150, 350]
     options = {"density": density.refined(2), "progress": False}
     te, twin = (
-        static_transmission_error(pair, torque, np.arange(16) / 30, **options)["te"],
+        fem.nonlinear.static_transmission_error(pair, torque, np.arange(16) / 30, **options)["te"],
         graded_twin(pair, density, 2),
     )
     for load, half in zip(torque, te.values, strict=True):
@@ -79,7 +78,7 @@ def test_compliance_and_contact_are_the_nonlinear_method_with_relief(measured):
 def test_plane_strain_is_near_its_linear_twin(problem):
     twin, force = RawTwin(problem, COARSE), 2000.0
     for phase in (0.0, 0.2):
-        assert equilibrium(problem, phase, force).te == pytest.approx(twin.te(phase, force), rel=1e-3)
+        assert balanced(problem, phase, force).te == pytest.approx(twin.te(phase, force), rel=1e-3)
 
 
 @pytest.mark.slow
@@ -92,7 +91,7 @@ def test_plane_strain_is_its_linear_twin(problem, flank, peak_to_peak, measured)
     twin = RawTwin(problem, COARSE)
     for torque in (150, 350):
         force = torque / gear.r_b
-        te = whole_cycle([equilibrium(problem, i / 30, force).te for i in range(16)])
+        te = whole_cycle([balanced(problem, i / 30, force).te for i in range(16)])
         raw = whole_cycle([twin.te(i / 30, force) for i in range(16)])
         measured(
             "plane strain, linear against nonlinear on the same mesh: mean", deviation(te.mean(), raw.mean()), 5e-4
@@ -104,12 +103,12 @@ def test_plane_strain_is_its_linear_twin(problem, flank, peak_to_peak, measured)
 def test_hexahedra_are_their_linear_twin(paper_pair):
     """Large displacements and contact of the moved flanks against an independent linear solve at rest."""
     density = Density(flank=24, width=4, teeth=1, behind=1)
-    problem = static_problem(paper_pair, density, ElementHex1())
+    problem = problem_of(paper_pair, density, ElementHex1())
     twin = RawTwin(problem, density)
     phases = np.arange(6) / 10
     for torque in (150, 350):
         force = torque / paper_pair.pinion.r_b
-        te = whole_cycle([equilibrium(problem, phase, force).te for phase in phases])
+        te = whole_cycle([balanced(problem, phase, force).te for phase in phases])
         raw = whole_cycle([twin.te(phase, force) for phase in phases])
         assert te.mean() == pytest.approx(raw.mean(), rel=2e-3)
         assert np.ptp(te) == pytest.approx(np.ptp(raw), rel=3e-3)
@@ -117,13 +116,13 @@ def test_hexahedra_are_their_linear_twin(paper_pair):
 
 def missed_by_section(pair: fem.GearPair, density: Density, phases, force: float) -> np.ndarray:
     """(n_phase,) te that a coarse section lacks [m], from plane strain."""
-    plane, twin = static_problem(pair, density, ElementQuad2()), plane_twin(pair.pinion, Density(flank=44), 4)
-    return np.array([twin_te(pair, twin, phase, force) - equilibrium(plane, phase, force).te for phase in phases])
+    plane, twin = problem_of(pair, density, ElementQuad2()), plane_twin(pair.pinion, Density(flank=44), 4)
+    return np.array([twin_te(pair, twin, phase, force) - balanced(plane, phase, force).te for phase in phases])
 
 
 @pytest.fixture(scope="module")
 def hexahedra(paper_pair):
-    return static_problem(paper_pair, HEXAHEDRA, ElementHex2())
+    return problem_of(paper_pair, HEXAHEDRA, ElementHex2())
 
 
 @pytest.mark.slow
@@ -134,7 +133,7 @@ def test_quadratic_hexahedra_confirm_the_compliance(paper_pair, hexahedra, measu
     for torque in (150, 350):
         force = torque / paper_pair.pinion.r_b
         te = missed_by_section(paper_pair, HEXAHEDRA, phases, force)
-        te = whole_cycle(te + [equilibrium(hexahedra, phase, force).te for phase in phases])
+        te = whole_cycle(te + [balanced(hexahedra, phase, force).te for phase in phases])
         best = whole_cycle(ste.sel(torque=torque).values)
         numbers = "{:.3f} / {:.3f}".format(*np.array(mean_and_peak_to_peak(te)) / um)
         measured.cells(f"the same by nonlinear FE in space, {torque} N m", numbers)
@@ -152,7 +151,7 @@ def test_quadratic_hexahedra_confirm_crowning(paper_pair, hexahedra, measured):
     )
     space = replace(hexahedra, mating=mating(crowned, *gears))
     te = missed_by_section(paper_pair, HEXAHEDRA, phases, force)
-    te += [equilibrium(space, phase, force).te for phase in phases]
+    te += [balanced(space, phase, force).te for phase in phases]
     ste = fem.static_transmission_error(crowned, 350, phases, progress=False)["te"].values[0]
     plain = fem.static_transmission_error(paper_pair, 350, phases, progress=False)["te"].values[0]
     measured("lead crowning 10 µm, 350 N m, six phases by nonlinear FE in space", deviation(te, ste), 5e-3)
@@ -164,7 +163,7 @@ def test_quadratic_hexahedra_confirm_crowning(paper_pair, hexahedra, measured):
 def test_fully_integrated_hexahedra_are_a_little_too_stiff(paper_pair):
     phases = [0.0, 0.2, 0.5]
     options = {"density": Density(flank=60, width=4), "element": ElementHex1(), "progress": False}
-    te = static_transmission_error(paper_pair, 350, phases, **options)["te"].values[0]
+    te = fem.nonlinear.static_transmission_error(paper_pair, 350, phases, **options)["te"].values[0]
     best = fem.static_transmission_error(paper_pair, 350, phases, progress=False)["te"].values[0]
     assert (te < best).all()
     assert te == pytest.approx(best, rel=0.04)

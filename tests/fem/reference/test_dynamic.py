@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from raw_twin import balanced, problem_of
 from scipy.integrate import quad
 from skfem import ElementQuad1
 
 import fem
 from fem import Density, explicit
 from fem.reference.dynamic import Motion, Newmark, RunUp, transmission_error
-from fem.reference.nonlinear import equilibrium, static_problem
 from fem.units import rpm
 
 COARSE = Density(flank=30)
@@ -17,9 +17,9 @@ TINY = Density(flank=8, fillet=1, land=1, tooth=2, rim=1, body=2)
 
 def static(pair, result, steps: np.ndarray, density: Density) -> np.ndarray:
     """Static transmission error at time steps, under the present viscous load."""
-    problem = static_problem(pair, density, ElementQuad1(), wheel_share=1.0)
+    problem = problem_of(pair, density, ElementQuad1(), wheel_share=1.0)
     states = zip(result["phase"].values[steps], result["torque"].values[steps] / pair.pinion.r_b, strict=True)
-    return np.array([equilibrium(problem, *state).te for state in states])
+    return np.array([balanced(problem, *state).te for state in states])
 
 
 @pytest.fixture(scope="module")

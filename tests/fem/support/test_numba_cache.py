@@ -9,8 +9,8 @@ from pathlib import Path
 import numba
 import pytest
 
-import fem.support.numba_cache
-import fem.support.progress
+import fem
+from fem.support import numba_cache, progress
 
 SOURCE = """
 from {package}.law.helper import doubled
@@ -85,15 +85,15 @@ def entry_in(root: Path, monkeypatch):
 
 def test_compiling_is_announced_as_long_as_all_of_it_takes(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("sys.dont_write_bytecode", True)
-    monkeypatch.setattr(fem.support.progress, "on_terminal", lambda: True)
-    monkeypatch.setattr(fem.support.progress, "DELAY", 1e-9)
-    monkeypatch.setattr(fem.support.progress, "TICK", 1e-3)
+    monkeypatch.setattr(progress, "on_terminal", lambda: True)
+    monkeypatch.setattr(progress, "DELAY", 1e-9)
+    monkeypatch.setattr(progress, "TICK", 1e-3)
     write(tmp_path, 2.0)
     for compiles in (True, False):
         entry_in(tmp_path, monkeypatch)(1.0)
         assert ("compiling the contact, once after an installation: 0" in capsys.readouterr().err) == compiles
     write(tmp_path, 3.0)
-    with fem.support.progress.shown(False):
+    with progress.shown(False):
         entry_in(tmp_path, monkeypatch)(1.0)
     assert capsys.readouterr().err == ""
 
@@ -196,7 +196,7 @@ def test_functions_that_enclose_more_than_whole_numbers_are_refused(enclosed):
         return enclosed * x
 
     with pytest.raises(TypeError, match=r"product may enclose whole numbers only.*got enclosed ="):
-        fem.support.numba_cache.kept(product)
+        numba_cache.kept(product)
 
 
 #: Results of `VARIANTS` in a process whose user has no entry among those of the system.
@@ -242,4 +242,4 @@ def test_numba_without_compilation_is_named():
 
 def test_kernels_compile_where_they_cannot_be_cached():
     """Kernels of functions that are in no file."""
-    assert fem.support.numba_cache.kept(eval("lambda x: 2.0 * x"))(3.0) == 6.0
+    assert numba_cache.kept(eval("lambda x: 2.0 * x"))(3.0) == 6.0
