@@ -40,7 +40,7 @@ from exugear.planning.map_axes import static_offsets
 from exugear.planning.plan import UNDAMPED
 from exugear.rolling_bearings.statics import NotCarried
 from fem.support.validation import require
-from fem.units import mm, rpm
+from fem.units import mm, rpm, um
 
 #: Duration of the static solve, in which the spins do not advance [s].
 STATIC_SOLVE_TIME = 1e-12
@@ -410,12 +410,31 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
     settings.staticSolver.loadStepStart = conditions.start_time
     settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
-    at_start = explained(model, NO_EQUILIBRIUM, lambda t: conditions.initial_speed, NoEquilibrium)
+    cause = _jammed(model, q) or NO_EQUILIBRIUM
+    at_start = explained(model, cause, lambda t: conditions.initial_speed, NoEquilibrium)
     with _applied_torques(model, torques), at_start:
         system.SetODE2Coordinates(q, INITIAL)
         system.SetODE2Coordinates_t(np.zeros(q.size), INITIAL)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
         return system.GetODE2Coordinates(INITIAL)
+
+
+def _jammed(model: Model, q: np.ndarray) -> str:
+    """The mesh whose backlash displaced gears use up most at coordinates q, and the remedy; "" where none does."""
+    gaps = {}
+    for mesh in model.meshes:
+        if isfinite(mesh.law.backlash) and is_spatial(mesh.frame):
+            gaps[mesh.stage.name] = mesh.law.backlash + 2 * _state_at(model, mesh, q)[1], mesh.law.backlash
+    name = min(gaps, key=lambda x: gaps[x][0], default="")
+    if not name or gaps[name][0] >= 0:
+        return ""
+    gap, backlash = gaps[name]
+    moved = f"its forces move gears of {name} so close that their backlash of {backlash / um:.4g} um is used up"
+    both = "a tooth would touch both flanks"
+    enough = (
+        f"stiffer pins or bearings, or a backlash above {(backlash - gap) / um:.3g} um (Gear(s_n=...), backlash=...)"
+    )
+    return f"{moved}, {both}; take {enough}, less load, or let the speed rise more slowly"
 
 
 def _rounding_of_forces(model: Model, q: np.ndarray) -> float:

@@ -13,8 +13,7 @@ from exugear.planning.coordinates import Coordinates
 from fem.ste.ste_map import CROSS_COMPLIANCE
 
 CLAMPED = "skipped: bending of the ring between the planets, which the maps of single meshes do not hold"
-ADVICE = "give Planetary(ring_modes=fem.ring_modes(ring_pair)), by whose coordinates planets deflect one another"
-#: Share of the deflection of a mesh from which coordinates are worth their time.
+#: Share of the deflection of a mesh from which coordinates are worth their time, and that they may leave out.
 WORTH = 0.005
 
 
@@ -81,7 +80,8 @@ def _words_of_ring(of_set: Planetary) -> str:
             return CLAMPED
         share = _largest_between(table, of_set) / compliance
         left_out = f"skipped: through the rim of its ring another planet deflects a mesh by up to {share:.2%} of what"
-        return f"{left_out} its own force does (static)" + (f"; {ADVICE}" if share > WORTH else "")
+        advice = f"; {_advice(table, of_set, compliance)}" if share > WORTH else ""
+        return f"{left_out} its own force does (static){advice}"
     low, high = (float(modes["frequency"][i]) for i in (0, -1))
     compliance += float(modes["flexibility"].mean())
     shares = [_largest_between(modes[name].values, of_set) / compliance for name in ("cross", "cross_left_out")]
@@ -94,6 +94,24 @@ def _words_of_ring(of_set: Planetary) -> str:
         f"another planet deflects a mesh by up to {shares[0]:.2%} of what its own force does, of which the modes leave "
         f"out {shares[1]:.2%}",
     ])  # fmt: skip
+
+
+def _advice(table: np.ndarray, of_set: Planetary, compliance: float) -> str:
+    """The ring modes by whose coordinates planets of a set deflect one another, but for a share `WORTH`.
+
+    A rim of h lobes at most has 2 h + 1 modes, which are the lowest. Modes without mass would cost as much in a run.
+
+    table        (n,) cross compliance at even angles around the ring [m/N]
+    compliance   of a mesh [m/N]
+    """
+    waves = np.fft.rfft(table)
+    for lobes in range(1, len(waves)):
+        beyond = np.fft.irfft(np.where(np.arange(len(waves)) > lobes, waves, 0.0), len(table))
+        left_out = _largest_between(beyond, of_set) / compliance
+        if left_out < WORTH:
+            break
+    coordinates = f"ring_modes=fem.ring_modes(ring_pair, {2 * lobes + 1})"
+    return f"Planetary({coordinates}) couples the meshes by it and leaves out about {left_out:.2%}"
 
 
 def _cross_compliance(of_set: Planetary) -> np.ndarray | None:

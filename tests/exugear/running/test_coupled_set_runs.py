@@ -1,5 +1,6 @@
 """Runs of stepped planets, Ravigneaux and Simpson sets whose members spin."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -93,6 +94,23 @@ def test_a_ravigneaux_set_on_pins_starts_under_light_and_heavy_loads(ends, side)
         data = exugear.run_up(model, speed=50.0, load=load, duration=1e-4, **QUIET).data
         static = np.array(box.static_forces(load))
         assert data["mesh_force"].values[:, 0] == pytest.approx(static, abs=2e-3 * np.abs(static).max())
+
+
+@pytest.mark.parametrize(
+    ("ends", "side", "load", "speed"),
+    [(("ring", "large", "small"), 1, 3000.0, 50.0), (("small", "large", "ring"), -1, 300.0, (50.0, 80.0))],
+)
+def test_a_start_that_pins_jam_says_how_much_backlash_it_takes(ends, side, load, speed):
+    """Pins that yield by more than the backlash, by the load or by 3e4 rad/s^2; with what the words ask for it runs."""
+    names = dict(zip(("driving", "held", "driven"), ends, strict=True))
+    options = {"load": load, "speed": speed, "duration": 1e-3, **QUIET}
+    model = exugear.build(exugear.Gearbox(ravigneaux(law(50 * um), side, pin=PIN, inner={"pin": PIN}), **names))
+    with pytest.raises(RuntimeError, match="backlash of 50 um is used up, a tooth would touch both flanks") as stopped:
+        exugear.run_up(model, **options)
+    needed = float(re.search(r"a backlash above ([0-9.]+) um", str(stopped.value))[1]) * um
+    ample = ravigneaux(law(1.1 * needed), side, pin=PIN, inner={"pin": PIN})
+    run = exugear.run_up(exugear.build(exugear.Gearbox(ample, **names)), power=True, **options)
+    assert run.energy_balance().relative < 1e-7
 
 
 def test_stepped_planets_keep_their_energy_and_their_two_mesh_frequencies():

@@ -1,5 +1,6 @@
 """Runs of sets whose ring vibrates in modes: its flexibility counts once, and planets deflect one another by it."""
 
+import re
 from concurrent.futures import ProcessPoolExecutor
 from math import pi
 
@@ -143,7 +144,11 @@ def test_the_plan_tells_what_the_ring_does():
     told = ring_map().assign_attrs(cross_compliance=ring_modes()["cross"].values)
     advised = exugear.Gearbox([set_on_ring(modes=False, ring_mesh=told)], held="ring")
     assert "another planet deflects a mesh by up to" in str(exugear.plan(advised))
-    assert "Planetary(ring_modes=fem.ring_modes(ring_pair))" in str(exugear.plan(advised))
+    advice = r"Planetary\(ring_modes=fem.ring_modes\(ring_pair, (\d+)\)\) couples the meshes by it and leaves out about"
+    number = int(re.search(advice, str(exugear.plan(advised)))[1])
+    taken = exugear.Gearbox([set_on_ring(ring_modes=ring_modes(BUSH, number))], held="ring")
+    left_out = re.search(r"of which the modes leave out ([0-9.]+)%", str(exugear.plan(taken)))[1]
+    assert float(left_out) < 0.75 < float(re.search(r"deflects a mesh by up to ([0-9.]+)%", with_modes)[1])
 
 
 def test_modes_of_the_gearbox_know_those_of_the_ring():
