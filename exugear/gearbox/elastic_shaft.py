@@ -13,8 +13,8 @@ modes in which gears and end stand (Craig & Bampton, AIAA J. 6, 1968). The sprin
 coupling (`Shaft.twist`) and no part of the matrices here. Where the motion of the end is imposed, its inertia does not
 matter: the mass of the coupling's rotor then counts, which leaves the gears theirs.
 
-Shapes of high frequency count by their compliance alone: their mass is raised until the frequency is that of the cap,
-so that the steps of a run are those of rigid shafts.
+In the steps of a run the modes of the shaft on its bearings have the masses by which they keep their frequencies, or,
+beyond what steps can hold, count by their compliance alone (`modes_in_steps`): the steps are those of rigid shafts.
 
 In a run each gear has a body of its own, and the remaining amplitudes are those of a further node. A body stands for
 its gear as if the shaft were rigid from there on: its coordinates at the centre of mass are q = r + R(z)^-1 shapes(z)
@@ -33,13 +33,16 @@ import scipy
 from exugear.gearbox.beam import Beam, twist_shapes
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_secant
+from exugear.gearbox.modes_in_steps import added_in_steps
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_loads import ExternalForce
 
 #: Iterations for the secant stiffness of nonlinear bearings.
 ITERATIONS = 30
-#: Angular frequency up to which shapes keep their mass [rad/s].
+#: Angular frequency up to which modes of elastic rings keep their mass, and free ends count as slow [rad/s].
 CAP = 2 * pi * 15e3
+#: The same of shapes of shafts: twice the highest frequency at which meshes excite, and far above the steps of runs.
+SHAPES_CAP = 2 * pi * 40e3
 #: Share of the largest eigenvalue of the scaled Gram matrix below which shapes depend on one another.
 DEPENDENT = 1e-9
 #: Modes on bearings in which the shaft moves as a rigid body, in each plane.
@@ -76,6 +79,37 @@ class Torsion(NamedTuple):
     stiffness: np.ndarray
     damping: np.ndarray
     modes: int
+
+    def with_end(self, shaft: Shaft, *, held: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Mass, stiffness, damping (k, k) with the spring towards the end, and the coordinates (k,) that are free.
+
+        held   the motion of the end is imposed
+        """
+        gears, stiffness, damping = len(shaft.stations), self.stiffness.copy(), self.damping.copy()
+        if shaft.twist:
+            ends, spring = np.ix_([0, gears], [0, gears]), np.array([[1.0, -1.0], [-1.0, 1.0]])
+            stiffness[ends] += shaft.twist.torsion * spring
+            damping[ends] += shaft.twist.damping * spring
+        end = gears if shaft.twist else 0
+        free = np.delete(np.arange(len(self.mass)), [end] if held else [])
+        part = np.ix_(free, free)
+        return (self.held_mass if held else self.mass)[part], stiffness[part], damping[part], free
+
+    def added_in_steps(self, shaft: Shaft, step: float, *, held: bool) -> tuple[np.ndarray, np.ndarray]:
+        """What to add to mass and damping (n, n) in the steps [s] of a run; held: the motion of the end is imposed.
+
+        The modes are then those against the end, whose motion nothing changes.
+        """
+        mass, damping = np.zeros_like(self.mass), np.zeros_like(self.mass)
+        *matrices, free = self.with_end(shaft, held=held)
+        if free.size:
+            against_end = np.eye(len(mass))
+            if held:
+                gears = len(shaft.stations)
+                against_end[:gears, gears if shaft.twist else 0] -= 1.0
+            for whole, added in zip((mass, damping), added_in_steps(*matrices, step), strict=True):
+                whole[free] = added @ against_end[free]
+        return mass, damping
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -246,6 +280,23 @@ class ElasticShaft:
         """(size, size) gyroscopic moments per speed."""
         return self._matrix(self.polar, np.zeros_like(self.torsion.mass))
 
+    def added_in_steps(self, step: float, *, held: bool) -> tuple[np.ndarray, np.ndarray]:
+        """What to add to mass and damping (size, size) in the steps [s] of a run (`modes_in_steps`).
+
+        The modes are those on bearings with their tangent stiffness; held: the motion of the end is imposed.
+        """
+        decoupled = np.zeros((2, self.inertia.size, self.inertia.size))
+        if self.spatial:
+            stiffness, damping = np.diag(np.r_[np.zeros(RIGID), self.stiffness]), np.zeros_like(decoupled[0])
+            damping[RIGID:, RIGID:] = np.diag(self.damping)
+            for axial, bearing in self.shaft.bearings.items():
+                k = self.motion_at(axial).T @ bearing.stiffness @ self.motion_at(axial)
+                stiffness, damping = stiffness + k, damping + bearing.damping_time * k
+            decoupled[:] = added_in_steps(np.diag(self.inertia), stiffness, damping, step)
+        of_torsion = self.torsion.added_in_steps(self.shaft, step, held=held)
+        mass, damping = (self._matrix(*parts) for parts in zip(decoupled, of_torsion, strict=True))
+        return mass, damping
+
     def static_displacement(self, forces: np.ndarray) -> tuple[np.ndarray, dict[float, float]]:
         """(size,) static coordinates under forces (size,), the angle of the first body 0 and no torque on the end.
 
@@ -304,7 +355,7 @@ def elastic_shaft(shaft: Shaft, modes: int, torsion_modes: int, *, spatial: bool
         shapes[:, tilted, part] = tilt_sign * bending.values[1::2]
     shapes[:, 2, 2 * n :] = tension.values
     squares = np.concatenate([bending.squares, bending.squares, tension.squares])
-    masses = np.maximum(1.0, squares / CAP**2)
+    masses = np.maximum(1.0, squares / SHAPES_CAP**2)
     damping = 2 * shaft.damping_ratio * np.sqrt(squares * masses)
     polar = _polar(beam, shaft.centre, bending, RIGID + m)
     return ElasticShaft(shaft, modes, True, shapes, np.r_[rigid, masses], squares, damping, polar, torsion)
@@ -369,7 +420,7 @@ def torsion_of(shaft: Shaft, modes: int) -> Torsion:
     basis = np.hstack([static, fixed])
     mass, stiffness = basis.T @ beam.torsion_mass @ basis, basis.T @ beam.torsion_stiffness @ basis
     amplitudes = np.arange(len(stations), len(stations) + modes)
-    mass[amplitudes, amplitudes] = np.maximum(1.0, squares / CAP**2)
+    mass[amplitudes, amplitudes] = np.maximum(1.0, squares / SHAPES_CAP**2)
     stiffness[: len(stations), len(stations) :] = stiffness[len(stations) :, : len(stations)] = 0.0
     held_mass = mass.copy()
     if twist:
@@ -396,7 +447,7 @@ def _capped(mass: np.ndarray, torsion: float, squares: np.ndarray, gears: int) -
     part = mass[gears:, gears:]
     high, modes = scipy.linalg.eigh(np.diag(np.r_[torsion, squares]), part)
     momenta = of_twist.T @ part @ modes
-    return momenta @ np.diag(np.maximum(high / CAP**2 - 1, 0.0)) @ momenta.T
+    return momenta @ np.diag(np.maximum(high / SHAPES_CAP**2 - 1, 0.0)) @ momenta.T
 
 
 def _damping_time(stiffness: np.ndarray, mass: np.ndarray, ratio: float) -> float:

@@ -1,14 +1,16 @@
 """What contacts learn of the steps of an integrator: the lag of its velocities, and the data of the predictor."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
+from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
-from exugear.multibody.model import BearingTangents, Mesh, Model, bearing_tangents, on_body
+from exugear.multibody.model import BearingTangents, Mesh, Model, added_in_steps, bearing_tangents, on_body
 from exugear.multibody.rolling_bearings import predict_bearings
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
@@ -43,18 +45,68 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
 
 
 @contextmanager
-def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
+def lag_corrected(model: Model, rule: Rule, held: Sequence[str]) -> Iterator[None]:
     """Let contacts correct their damping for the lag of the velocities of an integration rule, and forget other steps.
 
-    In loops the correction leaves out the acceleration by the mesh force: there the load does not determine the mesh
-    forces.
+    Elastic shafts have the masses by which their modes keep their frequencies in these steps. In loops the correction
+    leaves out the acceleration by the mesh force: there the load does not determine the mesh forces.
+
+    held   names of the shafts whose speeds are imposed
     """
+    with _shafts_in_steps(model, rule, held) as meshes:
+        yield from _lag_corrected(model, meshes, rule)
+
+
+@contextmanager
+def _shafts_in_steps(model: Model, rule: Rule, held: Sequence[str]) -> Iterator[tuple[Mesh, ...]]:
+    """Let elastic shafts keep their frequencies in the steps of the fourth-order rule; the meshes between them."""
+    if not (model.elastics and rule.lag):
+        yield model.meshes
+        return
+    mbs, before, names = model.mbs, {}, ("massMatrix", "dampingMatrix")
+    try:
+        for name, built in model.elastics.items():
+            item = mbs.GetObject(built.number)
+            before[built.number] = [np.array(item[matrix].Convert2DenseMatrix()) for matrix in names]
+            added = built.elastic.added_in_steps(rule.step, held=name in held)
+            for matrix, value, further in zip(names, before[built.number], added, strict=True):
+                mbs.SetObjectParameter(built.number, matrix, value + further)
+        mass, damping = added_in_steps(model, rule.step, held)
+        yield tuple(_with_added(model, mesh, mass, damping) for mesh in model.meshes)
+    finally:
+        for number, values in before.items():
+            for matrix, value in zip(names, values, strict=True):
+                mbs.SetObjectParameter(number, matrix, value)
+
+
+def _with_added(model: Model, mesh: Mesh, mass: np.ndarray, damping: np.ndarray) -> Mesh:
+    """A mesh whose system has further mass and damping (n, n)."""
+    system = mesh.free_system
+    part = np.ix_(system.free, system.free)
+    system = system._replace(mass=system.mass + mass[part], damping=system.damping + damping[part])
+    row, accelerations, forces = mesh.row[system.free], np.zeros(mesh.row.size), np.zeros(mesh.row.size)
+    accelerations[system.free] = np.linalg.solve(system.mass, row)
+    forces[system.free] = system.stiffness @ accelerations[system.free]
+    for other in model.meshes:
+        if other.contact != mesh.contact:
+            forces -= mean_stiffness(other.law, other.stage.pair) * (other.row @ accelerations) * other.row
+    by_bearings = np.zeros((2, 6))
+    for by_displacement, shaft in zip(by_bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
+        if all(bearing.linear for bearing in shaft.bearings.values()):
+            components = model.plan.shafts[shaft.name].components[:-1]
+            by_displacement[components] = on_body(model, mesh.stage, shaft, forces)
+    mobility = float(mesh.row @ accelerations)
+    return replace(mesh, mobility=mobility, acceleration_by_bearings=by_bearings.ravel(), free_system=system)
+
+
+def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator[None]:
+    """`lag_corrected` for the meshes of a system as it is in the steps of the rule."""
     loops = len(model.meshes) >= len(model.bodies)
     predict_bearings(model.mbs, rule if rule.spectral_radius is None else None)
     bearings = bearing_tangents(model, np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL)))
     for pin in model.pins:
         pin.record.lag = rule.lag
-    for mesh in model.meshes:
+    for mesh in meshes:
         state = state_of(model.mbs, mesh.contact)
         state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
         state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)

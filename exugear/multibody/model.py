@@ -1,7 +1,7 @@
 """The built model: a gearbox as an assembled Exudyn system, with what follows from its linear equations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
@@ -30,13 +30,16 @@ from exugear.multibody.planet_pins import Pin, pin_matrices, steepest_matrix
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates
-from exugear.planning.linear_train import FreeSystem, LinearTrain
+from exugear.planning.integrator_and_step import ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE
+from exugear.planning.linear_train import STRAIN_SHARE_BESIDE_SHAFTS, FreeSystem, LinearTrain
 from exugear.planning.plan import Plan
 from fem.support.arguments import checked
 from fem.support.validation import require, require_kind
 
 #: Key under which a system keeps the motion of its held shafts, which stand.
 REST = "held shafts"
+#: Longest step [s] of elastic shafts, and ratio of two steps that count as the same.
+LONGEST, CLOSE = 4e-5, 0.98
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +256,7 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     train, box = linear_train(system, speed), system.gearbox
     driving, imposed = ([end_coordinate(system, name) for name in names] for names in (box.independent, held))
     twisting = [end_coordinate(system, name) for name in held if box.ends[name].twist]
-    omega, omega_mesh = train.frequency_bounds(twisting)
+    omega, omega_mesh = _frequency_bounds(system, train, twisting, held)
     sets = [[box.labels.index(label) for label in labels] for labels in system.scene.set_stages.values()]
     resonances = zip(*(train.mesh_resonances(names, sets).tolist() for names in (driving, ())), strict=True)
     largest = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in system.contacts]
@@ -278,6 +281,36 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     meshes = tuple(_mesh(system, train, i, imposed, per_torque) for i in range(len(system.contacts)))
     built = {field.name: getattr(system, field.name) for field in fields(BuiltSystem)}
     return Model(**built, plan=plan, meshes=meshes)
+
+
+def _frequency_bounds(
+    system: BuiltSystem, train: LinearTrain, twisting: Sequence[int], held: Sequence[str]
+) -> tuple[float, float]:
+    """`LinearTrain.frequency_bounds`, elastic shafts as in the longest steps that they and the bounds allow."""
+    if not system.elastics:
+        return train.frequency_bounds(twisting)
+    step, reached = min(system.scene.steps.values(), default=LONGEST), 0.0
+    while True:
+        mass, _ = added_in_steps(system, step, held)
+        in_steps = replace(train, mass=train.mass + mass)
+        omega, omega_mesh = in_steps.frequency_bounds(twisting, STRAIN_SHARE_BESIDE_SHAFTS)
+        reached = min(step, ANGLE_ON_BEARINGS_AT_1E3 / omega_mesh, BOUND_MARGIN * STABLE / omega)
+        if reached > CLOSE * step:
+            return omega, omega_mesh
+        step = reached
+
+
+def added_in_steps(system: BuiltSystem, step: float, held: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """(n, n) mass and damping that elastic shafts have beside their own in steps [s] (`modes_in_steps`).
+
+    held   names of the shafts whose speeds are imposed
+    """
+    added = np.zeros((2, system.mbs.systemData.ODE2Size(), system.mbs.systemData.ODE2Size()))
+    for name, built in system.elastics.items():
+        part = np.ix_(built.indices, built.indices)
+        for matrix, of_shaft in zip(added, built.elastic.added_in_steps(step, held=name in held), strict=True):
+            matrix[part] += of_shaft
+    return added[0], added[1]
 
 
 def linear_train(system: BuiltSystem, speed: float) -> LinearTrain:

@@ -243,7 +243,7 @@ class Solver:
     @contextmanager
     def explained(self, rule: Rule) -> Iterator[None]:
         """Contacts correct the lag of the velocities of a rule; errors become RuntimeError with the reason."""
-        with lag_corrected(self.model, rule), explained(self.model, self._remedy, self._speed_at):
+        with lag_corrected(self.model, rule, self.conditions.held), explained(self.model, self._remedy, self._speed_at):
             yield
 
     def _speed_at(self, t: float) -> float:

@@ -15,6 +15,8 @@ from exugear.planning.eigenmodes import damped_modes, undamped_modes
 
 #: Share of a mode's strain energy in the meshes above which the step must resolve the mode.
 STRAIN_SHARE = 0.02
+#: The same beside elastic shafts, whose modes keep their frequencies in steps (`exugear.gearbox.modes_in_steps`).
+STRAIN_SHARE_BESIDE_SHAFTS = 0.2
 #: Difference of two states, over the rms of each coordinate and velocity, up to which they count as equal.
 SEAM_TOLERANCE = 1e-6
 #: Share of the strain energy of a mode in the meshes above which meshes excite it.
@@ -60,13 +62,15 @@ class LinearTrain:
         """Indices of the coordinates that neither ideal joints nor an imposed motion hold."""
         return np.setdiff1d(np.arange(len(self.mass)), np.array([*self.joints, *held], int))
 
-    def frequency_bounds(self, held: Sequence[int] = ()) -> tuple[float, float]:
+    def frequency_bounds(self, held: Sequence[int] = (), share: float = STRAIN_SHARE) -> tuple[float, float]:
         """Upper bounds of all eigenfrequencies, and of those of the modes in which meshes deform [rad/s].
 
-        Each mesh has its largest stiffness; without held the driving shaft is free to turn.
+        Each mesh has its largest stiffness; without held the driving shaft is free to turn. share: of the strain energy
+        of a mode in the meshes, above which they deform.
         """
         squares, strain = self._modes(self.largest, held)
-        resolved = strain.sum(axis=0) > STRAIN_SHARE * squares
+        shares = strain.sum(axis=0) / np.maximum(squares, 1.0)
+        resolved = shares > min(share, 0.5 * float(shares.max()))
         return sqrt(squares[-1]), sqrt(squares[resolved][-1])
 
     def mesh_resonances(self, held: Sequence[int], sets: Sequence[Sequence[int]] = ()) -> np.ndarray:

@@ -7,7 +7,7 @@ more modes. The first reduction is taken whose errors are small. Bearings have t
 directions; gyroscopic moments are left out.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -21,6 +21,7 @@ from exugear.contact.reference_configuration import spatial_row
 from exugear.gearbox.elastic_shaft import CAP, PLANES, RIGID, ElasticShaft, elastic_shaft, rigid_motion, rigid_shaft
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
+from exugear.gearbox.modes_in_steps import factors_in_steps, rate_in_steps, square_in_steps
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.planning.coordinates import Coordinates
@@ -35,17 +36,17 @@ WINDOWS = 40
 DAMPING = 0.01
 #: Largest errors of the dynamic transmission error and of bearing forces, in 90 % of the windows and in all. Those of
 #: both shafts of a mesh add up, and those of the step.
-DTE_ERROR, BEARING_ERROR, SHARE = (0.005, 0.01), (0.005, 0.03), 90
+DTE_ERROR, BEARING_ERROR, SHARE = (0.003, 0.006), (0.004, 0.009), 90
 #: Share of the largest bearing force up to which a bearing does not count.
 IDLE = 0.01
 #: Excess over the least one up to which a reduction with fewer coordinates is as good.
 NEARLY = 1.1
 #: Largest number of bending modes in each plane, and of modes of torsion, that is tried.
 MOST_MODES, MOST_TORSION = 8, 3
-#: Largest errors by the step of a run, as above, at a tolerance of 1e-3; ratio of two steps that are tried, and the
-#: longest and the shortest of them [s]. In runs errors of bearing forces were up to 1.6 times as large (measured).
-DTE_ERROR_OF_STEP, BEARING_ERROR_OF_STEP = (0.005, 0.01), (0.008, 0.012)
-STEP_RATIO, LONGEST, SHORTEST = 1.1, 4e-5, 4e-6
+#: Largest errors of reduction and step together, as above, at a tolerance of 1e-3; ratio of two steps that are tried,
+#: and the longest and the shortest of them [s].
+DTE_ERROR_IN_STEPS, BEARING_ERROR_IN_STEPS = (0.005, 0.008), (0.006, 0.013)
+STEP_RATIO, LONGEST, SHORTEST = 1.05, 4e-5, 4e-6
 #: Phases at which the transmission error is sampled, at a share of the largest force of the map.
 PHASES, LOADED = 32, 0.5
 
@@ -125,11 +126,8 @@ class Excitation:
         return _errors(self.levels(reduced_response(self.shaft, reduced, self.omega)), self.of_beam)
 
     def errors_by_step(self, reduced: ElasticShaft, step: float) -> Errors:
-        """Errors of a reduction in steps [s] of the fourth-order rule, beside the same without them."""
-        exact, reached = (
-            self.levels(reduced_response(self.shaft, reduced, self.omega, seen)) for seen in (None, seen_in_steps(step))
-        )
-        return _errors(reached, exact)
+        """Errors of a reduction in steps [s] of the fourth-order rule beside finite elements."""
+        return _errors(self.levels(reduced_response(self.shaft, reduced, self.omega, step)), self.of_beam)
 
     def levels(self, response: Response) -> np.ndarray:
         """(1 + n_bearing, n_window) rms of the dynamic transmission error and of the bearing forces in windows."""
@@ -148,33 +146,6 @@ def _errors(reached: np.ndarray, exact: np.ndarray) -> Errors:
     return Errors(*((float(np.percentile(x, SHARE)), float(x.max())) for x in (relative[0], loaded)))
 
 
-class Seen(NamedTuple):
-    """What an integrator makes of squared angular frequencies omega^2 and of rates, as functions of omega."""
-
-    square: Callable[[np.ndarray], np.ndarray]
-    rate: Callable[[np.ndarray], np.ndarray]
-
-
-def seen_in_steps(step: float) -> Seen:
-    """In steps [s] of Newmark's rule with beta = 1/12: accelerations are those of 4 s^2 / (1 - s^2 / 3) / h^2.
-
-    s = sin(omega h / 2); rates are sin(omega h) / (omega h (1 - s^2 / 3)) of the true ones (trapezoidal sums).
-    """
-
-    def squares(omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        s = np.sin(np.minimum(omega * step, pi) / 2) ** 2
-        return s, 1 - s / 3
-
-    def square(omega: np.ndarray) -> np.ndarray:
-        s, rest = squares(omega)
-        return 4 * s / (rest * step**2)
-
-    def rate(omega: np.ndarray) -> np.ndarray:
-        return np.sinc(np.minimum(omega * step, pi) / pi) / squares(omega)[1]
-
-    return Seen(square, rate)
-
-
 def step_of(excitations: Sequence[Excitation], reduced: ElasticShaft) -> float:
     """The longest step [s] in which transmission error and bearing forces of an elastic shaft are accurate."""
     step = LONGEST
@@ -186,7 +157,7 @@ def step_of(excitations: Sequence[Excitation], reduced: ElasticShaft) -> float:
 
 
 def _small_by_step(errors: Errors) -> bool:
-    allowed = *DTE_ERROR_OF_STEP, *BEARING_ERROR_OF_STEP
+    allowed = *DTE_ERROR_IN_STEPS, *BEARING_ERROR_IN_STEPS
     return all(error < least for error, least in zip((*errors.dte, *errors.bearing), allowed, strict=True))
 
 
@@ -305,13 +276,17 @@ def _harmonics(gearbox: Gearbox, stage: Stage) -> np.ndarray:
     return amplitudes if amplitudes.max() > 0 else np.ones(HARMONICS)
 
 
-def modal_receptance(omega: np.ndarray, squares: np.ndarray, seen: Seen | None = None) -> np.ndarray:
+def modal_receptance(omega: np.ndarray, squares: np.ndarray, step: float | None = None) -> np.ndarray:
     """(n_mode, n) amplitude of modes of squared frequencies (n_mode,) per force, at angular frequencies (n,).
 
-    seen   by an integrator, instead of the exact one
+    step   of the run [s], in which modes have the masses and dampings of `modes_in_steps`; None: exact
     """
-    square, rate = (omega**2, 1.0) if seen is None else (seen.square(omega), seen.rate(omega))
-    return 1 / (np.maximum(squares, 0.0)[:, None] * (1 + 2j * DAMPING * rate) - square)
+    squares = np.maximum(squares, 0.0)[:, None]
+    if step is None:
+        return 1 / (squares * (1 + 2j * DAMPING) - omega**2)
+    mass, damping = factors_in_steps(np.sqrt(squares), step)
+    rate, square = damping * rate_in_steps(omega * step), mass * square_in_steps(omega * step) / step**2
+    return 1 / (squares * (1 + 2j * DAMPING * rate) - square)
 
 
 def beam_response(mesh: MeshOfShaft, omega: np.ndarray) -> Response:
@@ -347,8 +322,10 @@ def beam_response(mesh: MeshOfShaft, omega: np.ndarray) -> Response:
     return Response(receptance + load**2 @ modal_receptance(omega, squares), forces)
 
 
-def reduced_response(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, seen: Seen | None = None) -> Response:
-    """Response of a reduced shaft, which twists towards its end; seen: by an integrator."""
+def reduced_response(
+    mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, step: float | None = None
+) -> Response:
+    """Response of a reduced shaft, which twists towards its end; step: of a run [s]."""
     shaft, flip = mesh.shaft, np.diag([1.0, -1.0])
     rows = {axial: reduced.motion_at(axial) for axial in shaft.bearings}
     stiffness, supports = np.diag(np.r_[np.zeros(RIGID), reduced.stiffness]), {}
@@ -359,24 +336,21 @@ def reduced_response(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray
         supports[axial] = support
         stiffness += rows[axial].T @ support @ rows[axial]
     squares, modes = scipy.linalg.eigh(stiffness, np.diag(reduced.inertia))
-    resonance, load = modal_receptance(omega, squares, seen), mesh.row[:RIGID] @ reduced.of_body(mesh.axial) @ modes
+    resonance, load = modal_receptance(omega, squares, step), mesh.row[:RIGID] @ reduced.of_body(mesh.axial) @ modes
     forces = [-((supports[axial] @ rows[axial] @ modes)[:3] * load) @ resonance for axial in shaft.bearings]
-    receptance = load**2 @ resonance + mesh.row[5] ** 2 * _turning(mesh, reduced, omega, seen)
+    receptance = load**2 @ resonance + mesh.row[5] ** 2 * _turning(mesh, reduced, omega, step)
     return Response(receptance, np.array(forces).reshape(len(shaft.bearings), 3, omega.size))
 
 
-def _turning(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, seen: Seen | None) -> np.ndarray:
+def _turning(mesh: MeshOfShaft, reduced: ElasticShaft, omega: np.ndarray, step: float | None) -> np.ndarray:
     """(n,) angle of a gear per torque on it [rad/(N m)] of a reduced shaft."""
-    shaft, torsion, held = mesh.shaft, reduced.torsion, np.isinf(mesh.end)
-    gears, stiffness = len(shaft.stations), torsion.stiffness.copy()
-    end, mass = (gears if shaft.twist else 0), torsion.held_mass if held else torsion.mass
-    if shaft.twist:
-        stiffness[np.ix_([0, end], [0, end])] += shaft.twist.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    stiffness[end, end] += 0.0 if held else mesh.end
-    free = np.delete(np.arange(len(mass)), [end] if held else [])
-    squares, modes = scipy.linalg.eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)])
+    shaft, held = mesh.shaft, np.isinf(mesh.end)
+    mass, stiffness, _, free = reduced.torsion.with_end(shaft, held=held)
+    end = len(shaft.stations) if shaft.twist else 0
+    stiffness[free == end, free == end] += 0.0 if held else mesh.end
+    squares, modes = scipy.linalg.eigh(stiffness, mass)
     load = modes[free == shaft.stations.index(mesh.axial)]
-    return (load**2 @ modal_receptance(omega, squares, seen)).sum(axis=0)
+    return (load**2 @ modal_receptance(omega, squares, step)).sum(axis=0)
 
 
 def rigid_response(mesh: MeshOfShaft, omega: np.ndarray) -> Response:

@@ -5,11 +5,22 @@ import planetary_set
 import pytest
 from measured_rows import deviation
 from modal_boxes import FOUR_PLANETS, THREE_PLANETS, pair_of_shafts, planets
+from paper_gears import paper_gear, paper_pair
+from scenes import linear_law
 
 import exugear
 
 #: Both gears free to spin and to move along the line of action on a spring (validation, section 2) [N/m, Hz].
 ON_BEARINGS = {1e9: (2078.72, 2851.86, 4765.41), 2e8: (1002.75, 1275.39, 4417.94)}
+#: Inertia of a wind turbine's rotor, of its generator seen from there [kg m^2], stiffness of the shaft between them
+#: [N m/rad], frequency of the free drivetrain [Hz]. NREL 5 MW: Jonkman et al., NREL/TP-500-38060 (2009). DTU 10 MW: Bak
+#: et al., DTU Wind Energy report I-0092 (2013), tables 6.2 and 6.3: 0.612 Hz with the generator held, ratio 50.
+TURBINES = {
+    "NREL 5 MW": (3.888e7, 534.116 * 97**2, 867.637e6, 2.223),
+    "DTU 10 MW": (2317025352.0 / (2 * np.pi * 0.612) ** 2, 1500.5 * 50**2, 2317025352.0, 4.003),
+}
+#: Size of these drivetrains in the test, so that the teeth are rigid beside the shaft.
+SMALL = 1e-6
 
 
 @pytest.mark.parametrize("k", ON_BEARINGS)
@@ -21,6 +32,18 @@ def test_pair_on_bearings_has_the_known_frequencies(k, measured):
     assert rigid == 0
     error = deviation(elastic, [low, middle, middle, middle, high])
     measured("modes of a pair on bearings, ky 1e9 and 2e8 N/m", error, 1e-4)
+
+
+@pytest.mark.parametrize("turbine", TURBINES)
+def test_drivetrains_of_wind_turbines_have_the_published_torsional_mode(turbine):
+    rotor, generator, stiffness, published = TURBINES[turbine]
+    coupling = exugear.Coupling(SMALL * stiffness, inertia=SMALL * rotor)
+    fast = exugear.Shaft("fast", {0.0: paper_gear()}, inertia=0.01 * SMALL * generator)
+    slow = exugear.Shaft("slow", {0.0: paper_gear(), 0.1: coupling}, inertia=0.99 * SMALL * generator)
+    model = exugear.build(exugear.Gearbox([exugear.Stage(fast, slow, linear_law(), pair=paper_pair())]))
+    rigid, torsion, *_ = exugear.modes(model, load=1e-3, drive="free")["frequency"].values
+    assert rigid == 0
+    assert torsion == pytest.approx(published, rel=5e-4)
 
 
 @pytest.mark.parametrize(("number", "published"), [(3, THREE_PLANETS), (4, FOUR_PLANETS)])
