@@ -82,7 +82,7 @@ class FaceMesh:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A bearing between its shaft and the housing: the motion (5, n_coordinate) of one against the other."""
+    """A bearing between its shaft and a seat: the motion (5, n_coordinate) of one against the other."""
 
     shaft: Shaft
     axial: float
@@ -162,6 +162,8 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     for stage, face in zip(gearbox.stages, faces, strict=True):
         for (name, position), offset in zip(stage.ends, (0.0, face.offset), strict=True):
             points[name] += (position + face.axial - offset).tolist()
+    for on, position in gearbox.between.values():
+        points[on].append(position)
     statics = {shaft.name: static_shaft(shaft, points[shaft.name]) for shaft in gearbox.shafts}
     sizes = [static.free.size for static in statics.values()]
     first = dict(zip(statics, np.r_[0, np.cumsum(sizes)[:-1]].tolist(), strict=True))
@@ -190,6 +192,9 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
             if seat is not None:
                 at_seat = n_shafts + PER_SEAT * seat
                 rows[:, at_seat : at_seat + 5] -= np.eye(5)
+            if (shaft.name, axial) in gearbox.between:
+                on, at = gearbox.between[shaft.name, axial]
+                rows -= _over_all(n, first[on], statics[on].motion_at(at)[:5])
             supports.append(Support(shaft, axial, bearing, rows))
     meshes = []
     for face, force, open_mesh in zip(faces, forces, idle, strict=True):
