@@ -1,6 +1,6 @@
 """Shafts of a REXS file: their position, sections, and what lies where on them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
@@ -11,6 +11,7 @@ from exugear.exchange.rexs_bearings import BEARINGS, bearing_of
 from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_gears import GEARS, ShaftAt
 from exugear.exchange.rexs_reading import Reading
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Disc
 from fem.support.validation import require
 from fem.units import mm
@@ -142,23 +143,33 @@ class Continuous(NamedTuple):
 
 
 def continuous(
-    layout: ShaftLayout, needed: Iterable[float], gears: Iterable[tuple[float, float, float]]
+    layout: ShaftLayout,
+    needed: Iterable[float],
+    gears: Iterable[tuple[float, float, float]],
+    divided: Iterable[float] = (),
 ) -> Continuous | None:
     """The sections of a shaft end to end, from the first to the last of the positions that it must reach [m].
 
-    gears   (begin, end, root diameter) of each gear, up to which its shaft is thick at most
+    gears     (begin, end, root diameter) of each gear, up to which its shaft is thick at most
+    divided   positions at which sections end, alike as they may be
 
     Where sections overlap the outermost surface counts; gaps have the smaller diameter of both neighbours. None for a
     shaft without sections.
     """
     if not layout.sections:
         return None
-    pieces, gears, assumed = sorted(layout.sections), list(gears), []
+    pieces, gears, assumed, divided = sorted(layout.sections), list(gears), [], np.array([*divided])
     low, high = min(x[0] for x in pieces), max(x[1] for x in pieces)
     first, last = min([low, *needed]), max([high, *needed])
     if low - first > SHORTEST or last - high > SHORTEST:
         assumed.append(f"sections extended to {first / mm:.4g} and {last / mm:.4g} mm, where parts lie beside them")
-    edges = [first, last, *(x for piece in pieces for x in piece[:2]), *(x for gear in gears for x in gear[:2])]
+    edges = [
+        first,
+        last,
+        *divided,
+        *(x for piece in pieces for x in piece[:2]),
+        *(x for gear in gears for x in gear[:2]),
+    ]
     bounds = [x for x in np.unique(np.round(edges, 9)) if first - SHORTEST <= x <= last + SHORTEST]
     sections: list[tuple[float, float, float]] = []
     for begin, end in pairwise(bounds):
@@ -173,7 +184,8 @@ def continuous(
         d = min([max(x[2] for x in inside), *(root for a, b, root in gears if a < middle < b and root > 0)])
         d_inner = min(x[3] for x in inside)
         d_inner = d_inner if d_inner < d else 0.0
-        if sections and sections[-1][0] == d and sections[-1][2] == d_inner:
+        alike = sections and sections[-1][0] == d and sections[-1][2] == d_inner
+        if alike and not (np.abs(divided - begin) < SHORTEST).any():
             sections[-1] = (d, sections[-1][1] + end - begin, d_inner)
         elif end - begin > SHORTEST:
             sections.append((d, end - begin, d_inner))
@@ -202,19 +214,75 @@ def u_of_gear(reading: Reading, component: Component) -> float:
     return reading.number(component, "u_coordinate_on_shaft", "m", 0.0) + half
 
 
+@dataclass
+class SeatOnShaft:
+    """A bearing between two shafts: that which it carries, and the one that its seat moves with.
+
+    mirrored   whether the shaft that it carries has its outer ring
+    axial      position of the bearing [m], once it is read
+    """
+
+    carried: ShaftLayout
+    carrying: ShaftLayout
+    mirrored: bool
+    axial: float
+
+
+def seats_on_shafts(reading: Reading, layouts: Iterable[ShaftLayout]) -> dict[str, SeatOnShaft]:
+    """Bearings between two of some shafts, by the id of their component.
+
+    A bearing carries the shaft that has none in the housing, say an idler gear's, else that with its inner ring.
+    Between shafts that both have none it is left to the housing.
+    """
+    by_id, housed, between = {layout.component.id: layout for layout in layouts}, set(), {}
+    for relation in reading.file.related("side"):
+        component = reading.file.components.get(relation.roles.get("assembly", ""))
+        parts = [by_id.get(relation.roles.get(f"{ring}_part", "")) for ring in ("inner", "outer")]
+        if component is None or component.type not in BEARINGS:
+            continue
+        inner, outer = parts
+        if inner is not None and outer is not None:
+            between[component.id] = inner, outer
+        elif inner is not None:
+            housed.add(inner.name)
+    seats = {}
+    for id, (inner, outer) in between.items():
+        mirrored = outer.name not in housed
+        carried, carrying = (outer, inner) if mirrored else (inner, outer)
+        apart = float(np.hypot(*np.subtract(inner.position, outer.position)))
+        if carrying.name in housed and apart < SHORTEST:
+            u = reading.number(reading.file.components[id], "u_coordinate_on_shaft_inner_side", "m")
+            seats[id] = SeatOnShaft(carried, carrying, mirrored, inner.axial(u))
+    return seats
+
+
 def bearings_of(
-    reading: Reading, layout: ShaftLayout, *, rolling: bool, planets: Iterable[Component] = ()
+    reading: Reading,
+    layout: ShaftLayout,
+    *,
+    rolling: bool,
+    planets: Iterable[Component] = (),
+    seats: Mapping[str, SeatOnShaft] | None = None,
 ) -> dict[float, object]:
-    """Bearings of a shaft by axial position [m]; one against another shaft counts as one in the housing.
+    """Bearings of a shaft by axial position [m].
+
+    One against another shaft that is not among the seats counts as one in the housing.
 
     rolling   as of `bearing_of`
     planets   shafts whose bearings belong to the pins of a carrier
+    seats     bearings between shafts by the ids of their components, whose positions are noted
     """
     on_pins = [planet.id for planet in planets]
     bearings: dict[float, object] = {}
-    for relation in reading.file.related("side", inner_part=layout.component.id):
+    for relation in reading.file.related("side"):
         component = reading.file.components[relation.roles.get("assembly", layout.component.id)]
-        if component.type not in BEARINGS or relation.roles.get("outer_part") in on_pins:
+        seat = (seats or {}).get(component.id)
+        ours = relation.roles.get("inner_part") == layout.component.id if seat is None else seat.carried is layout
+        if not ours or component.type not in BEARINGS or relation.roles.get("outer_part") in on_pins:
+            continue
+        if seat is not None:
+            bearings[_free(seat.axial, bearings)] = _between_shafts(reading, component, seat, rolling=rolling)
+            seat.axial = [*bearings][-1]
             continue
         axial = layout.axial(reading.number(component, "u_coordinate_on_shaft_inner_side", "m"))
         reading.number(component, "u_coordinate_on_shaft_outer_side", "m", 0.0)
@@ -222,13 +290,32 @@ def bearings_of(
         reading.vector(component, "u_axis_vector", "m")
         outer = reading.file.components.get(relation.roles.get("outer_part", ""))
         if outer is not None and outer.type == "shaft":
-            apart = f"stands in the housing instead of on {outer.title}, as bearings between shafts are not modelled"
+            why = "which has no bearing in the housing itself, or belongs to a planetary set"
+            apart = f"stands in the housing instead of on {outer.title}, {why}"
             reading.account.assumed(component.title, apart)
         elif outer is not None:
             reading.use(outer)
         bearing = bearing_of(reading, component, layout.at(axial).outer, rolling=rolling, sense=layout.sense)
         bearings[_free(axial, bearings)] = bearing
     return bearings
+
+
+def _between_shafts(reading: Reading, component: Component, seat: SeatOnShaft, *, rolling: bool) -> object:
+    """A bearing between two shafts; by its law only where this knows no difference between inner and outer ring."""
+    reading.number(component, "u_coordinate_on_shaft_outer_side", "m", 0.0)
+    position_of(reading, component)
+    reading.vector(component, "u_axis_vector", "m")
+    carried, carrying = seat.carried, seat.carrying
+    inner = carrying if seat.mirrored else carried
+    diameter = inner.at(seat.axial).outer
+    bearing = bearing_of(reading, component, diameter, rolling=rolling, sense=inner.sense)
+    even = not isinstance(bearing, RollingBearing) or bearing.kind == "cylindrical roller"
+    if seat.mirrored and not even:
+        bearing = bearing_of(reading, component, diameter, rolling=False, sense=inner.sense)
+        reading.account.assumed(component.title, "linear, as the shaft that it carries has its outer ring")
+    words = f"stands on {carrying.component.title} and carries {carried.component.title}"
+    reading.account.read(component.title, words)
+    return bearing
 
 
 def _free(axial: float, bearings: dict[float, object]) -> float:

@@ -22,6 +22,7 @@ from exugear.exchange.rexs_shafts import (
     layout_of,
     masses_of,
     position_of,
+    seats_on_shafts,
     torque_position,
     u_of_gear,
 )
@@ -159,6 +160,9 @@ class Train:
         for member in self.members:
             for pinion, wheel, a in self._mates(member):
                 self._shorten(pinion, wheel, a)
+        of_sets = {name for member in self.members if isinstance(member, Set) for name in member.shafts}
+        parallel = [layout for name, layout in self.layouts.items() if name not in of_sets]
+        self._seats = seats_on_shafts(self.reading, parallel)
         self._pins = {x.component.id: self._pin(x) for x in self.members if isinstance(x, Set)}
         for name, gears in on_shafts.items():
             placed = [self._gears[gear.id] for gear in gears]
@@ -237,7 +241,12 @@ class Train:
                 parts.append(self._planetary(member, next(given), next(given), damping_ratio))
             else:
                 parts.append(self._stage(member, next(given), damping_ratio))
-        return Gearbox(parts, held=tuple(self.held), **ends)
+        between = {
+            (seat.carried.name, seat.axial): (seat.carrying.name, seat.axial)
+            for seat in self._seats.values()
+            if self._shafts[seat.carried.name].bearings
+        }
+        return Gearbox(parts, held=tuple(self.held), between=between, **ends)
 
     def note(self, members: Iterable[Mesh | Set]) -> None:
         """Note the pairs and what is assumed of them."""
@@ -341,7 +350,8 @@ class Train:
         if of_set is None and self.options.elastic:
             faces = [(axial - gear.b / 2, axial + gear.b / 2, gear.d_f) for axial, gear in gears if not gear.internal]
             needed = [*(axial for axial, _ in (*gears, *masses)), *bearings, *acting]
-            sections = continuous(layout, needed, faces)
+            seats = [x.axial for x in self._seats.values() if x.carrying is layout]
+            sections = continuous(layout, [*needed, *seats], faces, seats)
         if sections:
             discs = masses
             options |= {"sections": sections.sections, "start": sections.start}
@@ -371,7 +381,7 @@ class Train:
         """The bearings of a shaft; of a member of a planetary set linear ones if its planets have elastic pins."""
         title = layout.component.title
         if of_set is None:
-            return bearings_of(self.reading, layout, rolling=self.options.rolling)
+            return bearings_of(self.reading, layout, rolling=self.options.rolling, seats=self._seats)
         if self._pins[of_set.component.id] is None:
             self.reading.account.assumed(title, "ideal bearings, as the planets of its set turn on ideal pins")
             return {}

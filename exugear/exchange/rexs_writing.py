@@ -111,6 +111,9 @@ class _Writing:
     def gearbox(self, gearbox: Gearbox) -> None:
         """All shafts with their parts, and the stages between them."""
         self._gravity(gearbox)
+        for seat, (on, _) in gearbox.between.items():
+            words = f"its seat on shaft {on!r} is not written, it stands in the housing"
+            self.account.left_out(f"{seat[0]} at {seat[1] / mm:g} mm", words)
         if gearbox.housing is not None:
             self.account.left_out("housing", f"stiffness between {len(gearbox.housing.seats)} seats is not written")
         for shaft in gearbox.shafts:

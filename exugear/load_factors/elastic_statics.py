@@ -91,7 +91,7 @@ class FaceMesh:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A bearing between its shaft and the housing, or of a planet on its pin.
+    """A bearing between its shaft and a seat on the housing or on another shaft, or of a planet on its pin.
 
     rows    (5, n_coordinate) motion of one against the other, along the axes of the bearing
     axes    (5, 5) components along these axes by the global ones: of a pin along its radius and across
@@ -203,6 +203,8 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
             points[name] += (position + face.axial - offset).tolist()
     for pin in pins.values():
         points[pin.carrier].append(pin.axial)
+    for on, position in gearbox.between.values():
+        points[on].append(position)
     statics = {shaft.name: static_shaft(shaft, points[shaft.name]) for shaft in gearbox.shafts}
     sizes = [static.free.size for static in statics.values()]
     first = dict(zip(statics, np.r_[0, np.cumsum(sizes)[:-1]].tolist(), strict=True))
@@ -232,6 +234,9 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
             if seat is not None:
                 at_seat = n_shafts + PER_SEAT * seat
                 rows[:, at_seat : at_seat + 5] -= np.eye(5)
+            if (shaft.name, axial) in gearbox.between:
+                on, at = gearbox.between[shaft.name, axial]
+                rows -= axes @ _over_all(n, first[on], statics[on].motion_at(at)[:5])
             supports.append(Support(shaft, axial, bearing, rows, axes))
     train = ElasticTrain(statics, first, stiffness, load, supports, [], free, pins)
     meshes = []

@@ -151,10 +151,7 @@ class InBearings:
 
 
 def motion_in_bearings(model: Model) -> dict[str, InBearings]:
-    """Shafts on bearings by name, with their motion against the seats, as in `motions_on_bearings`.
-
-    Seats that yield by the static stiffness of the housing count as standing here.
-    """
+    """Shafts on bearings by name, with their motion against the seats, as in `motions_on_bearings`."""
     motions = motions_on_bearings(model)
     seats = recorded_seats(model, motions)
     by_name = {}
@@ -172,11 +169,19 @@ def motion_in_bearings(model: Model) -> dict[str, InBearings]:
 def recorded_seats(
     model: Model, motions: Mapping[str, tuple[Shaft, np.ndarray, np.ndarray]]
 ) -> dict[tuple[str, float], SeatMotion]:
-    """Recorded motion of all seats that move; motions: of the shafts, as in `motions_on_bearings`."""
+    """Recorded motion of all seats that move or yield; motions: of the shafts, as in `motions_on_bearings`."""
+    seats = {}
+    if coupling := coupling_of(model.gearbox, model.scene):
+        q, q_t = ((coupling.seat_motion @ x).T for x in seat_motions(coupling, motions, model.scene))
+        for name, (shaft, *_) in motions.items():
+            for axial in shaft.bearings:
+                if (number := seat_number(coupling.housing, name, axial)) is not None:
+                    part = slice(6 * number, 6 * number + 6)
+                    seats[name, axial] = SeatMotion(q[:, part], q_t[:, part])
     if model.seats is None:
-        return {}
+        return seats
     of_housing = model.seats.motion(model.meshes[0].recorder.deflection.size)
-    return motions_of_seats(model.gearbox, model.scene, model.seats, motions, of_housing)
+    return seats | motions_of_seats(model.gearbox, model.scene, model.seats, motions, of_housing)
 
 
 @dataclass

@@ -105,7 +105,11 @@ def _placed(*at: float) -> Attributes:
 
 
 def two_stages(version: str = "1.4", **changes) -> RexsData:
-    """Three shafts with two helical stages at right angles, ball bearings by catalogue and a rigid one, two loads."""
+    """Three shafts with two helical stages at right angles, ball bearings by catalogue and a rigid one, two loads.
+
+    coaxial   positions on the fast shaft [mm] of bearings that carry the slow one, which then lies on its axis
+    """
+    coaxial = changes.pop("coaxial", ())
     data, none, deg = RexsData(version), NONE.get(version, ""), DEG[version]
     unit, casing = data.add("gear_unit", "unit"), data.add("gear_casing", "housing")
     data.relate("assembly", assembly=unit, part=casing)
@@ -148,18 +152,25 @@ def two_stages(version: str = "1.4", **changes) -> RexsData:
     ball |= {"outer_diameter": (72.0, "mm"), "dynamic_capacity": (29.0, "kN")}
     one_way = {"axial_force_absorption": ("no_direction", none)}
     fast = shaft("fast", (0.0, 0.0, 0.0), 100.0, rotational_speed=(1500.0, "1 / min"), defines_speed=(True, none))
-    middle, slow = shaft("middle", (0.0, 75.0, 0.0), 100.0), shaft("slow", (0.0, 75.0, 100.0), 100.0)
+    middle, slow = shaft("middle", (0.0, 75.0, 0.0), 100.0), shaft("slow", (50.0, 0.0, 0.0) if coaxial else (0.0, 75.0, 100.0), 100.0)
     gears = [
         gear(fast, (30.0, 0.0, 0.0), 25, 2.0, 15.0, changes.pop("x", 0.0), 20.0, 30.0),
         gear(middle, (30.0, 75.0, 0.0), 47, 2.0, -15.0, 0.0, 20.0, 30.0),
         gear(middle, (70.0, 75.0, 0.0), 24, 2.5, -8.0, 0.0, 25.0, 70.0, tip_diameter=(1.0, "mm")),
         gear(slow, (70.0, 75.0, 100.0), 55, 2.5, 8.0, 0.0, 25.0, 70.0),
-    ]
-    for on in (fast, middle, slow):
+    ][: 2 if coaxial else 4]
+    if coaxial:
+        gears.append(gear(middle, (75.0, 75.0, 0.0), 47, 2.0, -15.0, 0.0, 20.0, 75.0))
+        gears.append(gear(slow, (75.0, 0.0, 0.0), 25, 2.0, 15.0, changes.pop("x_slow", 0.0), 20.0, 25.0))
+    for u in coaxial:
+        sides = {"u_coordinate_on_shaft_inner_side": (u, "mm"), "u_coordinate_on_shaft_outer_side": (u - 50.0, "mm")}
+        between = data.add("rolling_bearing_with_catalog_geometry", f"pilot {u}", **sides, **ball)
+        data.relate("side", assembly=between, inner_part=fast, outer_part=slow)
+    for on in (fast, middle) if coaxial else (fast, middle, slow):
         bearing(on, 10.0, **ball)
         bearing(on, 90.0, **ball, **one_way)
     stage(gears[0], gears[1], 75.0, 90.0)
-    stage(gears[2], gears[3], 100.0, 0.0)
+    stage(gears[2], gears[3], *((75.0, -90.0) if coaxial else (100.0, 0.0)))
     loads = [data.add("external_load", f"load {on}", transmits_torque=(True, none)) for on in (fast, slow)]
     for on, load in zip((fast, slow), loads, strict=True):
         data.relate("assembly", assembly=on, part=load)

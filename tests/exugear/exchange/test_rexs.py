@@ -331,6 +331,21 @@ def test_rolling_bearings_keep_their_law_where_the_file_holds_their_sizes(tmp_pa
     assert exugear.plan(model.gearbox, load=case.load).bearings["fast"]
 
 
+@pytest.mark.parametrize("shafts", ["rigid", "elastic"])
+def test_bearings_between_shafts_stand_on_the_shaft_inside(shafts, tmp_path):
+    """A gear wheel on two bearings of the coaxial input shaft has these bearings, whose seats that shaft carries."""
+    model = read(two_stages(coaxial=(62.0, 88.0)), tmp_path, shafts=shafts)
+    seats = {("slow", z): ("fast", z) for z in (62 * mm, 88 * mm)}
+    assert [(*map(pytest.approx, x),) for x in model.gearbox.between] == [("slow", 62 * mm), ("slow", 88 * mm)]
+    assert {on for on, _ in model.gearbox.between.values()} == {"fast"} and len(seats) == 2
+    assert told(model, "read", "carries slow") or told(model, "read", "stands on")
+    assert not told(model, "assumed", "stands in the housing instead")
+    data = exugear.load_distribution(model.gearbox, 10.0, mesh_stiffness=15e9)
+    on_ground = [x for x in data["bearing"].values if not x.startswith("slow")]
+    np.testing.assert_allclose(data["bearing_force"].sel(bearing=on_ground).sum("bearing"), 0.0, atol=1e-3)
+    exugear.build(model.gearbox)
+
+
 def test_forces_of_the_chosen_load_case_and_gravity_act_on_the_shafts(tmp_path):
     """u, v, w become z, x, y; the forces of another load case are one reading away."""
     data = two_stages()

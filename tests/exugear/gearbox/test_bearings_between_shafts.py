@@ -1,0 +1,96 @@
+"""Bearings whose seat another shaft carries: an output shaft that runs on a pilot bearing of the coaxial input."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from paper_gears import paper_gear, paper_pair
+from scenes import smooth_map
+
+import exugear
+from fem.units import mm
+
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-5)
+STIFF = exugear.Bearing(radial=5e12, axial=5e12)
+PILOT = {("out", 130 * mm): ("fast", 130 * mm)}
+OPTIONS = {"load": 100.0, "progress": False, "checks": 0, "step": 1e-5, "sample": 1e-5}
+
+
+def rolling() -> exugear.RollingBearing:
+    d = 11.5 * mm
+    inner = {"Z": 7, "D_w": d, "D_pw": 43.5 * mm, "r_i": 0.52 * d, "r_e": 0.53 * d}
+    return exugear.RollingBearing.deep_groove(**inner, clearance=0.0, damping_time=1e-5)
+
+
+def reverted(pilot=BALL, on_fast=BALL, between=PILOT, sections: bool = False) -> exugear.Gearbox:
+    """An input and an output shaft on one axis beside a countershaft."""
+    along = {"sections": [(45 * mm, 130 * mm), (40 * mm, 10 * mm)]} if sections else {}
+    fast = exugear.Shaft("fast", {0.0: on_fast, 40 * mm: paper_gear(), 100 * mm: on_fast}, **along)
+    lay = exugear.Shaft("lay", {0.0: BALL, 40 * mm: paper_gear(), 170 * mm: paper_gear(), 210 * mm: BALL})
+    out = exugear.Shaft("out", {130 * mm: pilot, 170 * mm: paper_gear(), 210 * mm: BALL})
+    law = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+    stages = [
+        exugear.Stage(fast, lay, law, pair=paper_pair()),
+        exugear.Stage(lay, out, law, pair=paper_pair(), angle=pi),
+    ]
+    return exugear.Gearbox(stages, between=between)
+
+
+def run_of(box: exugear.Gearbox, **options) -> exugear.Run:
+    return exugear.run_up(exugear.build(box), **OPTIONS | {"speed": (60.0, 80.0), "duration": 0.02} | options)
+
+
+def test_on_a_shaft_that_stands_the_seat_stands():
+    short = {"duration": 2e-4, "step": 5e-7}
+    on_shaft, on_ground = (run_of(reverted(on_fast=STIFF, between=x), **short).data for x in (PILOT, {}))
+    scale = np.abs(on_ground["bearing_force"].values).max()
+    np.testing.assert_allclose(on_shaft["bearing_force"], on_ground["bearing_force"], atol=5e-4 * scale)
+
+
+@pytest.mark.parametrize("sections", [False, True])
+@pytest.mark.parametrize("pilot", [BALL, rolling()])
+def test_books_are_closed_and_the_bearing_loads_both_shafts(pilot, sections):
+    run = run_of(reverted(pilot, sections=sections), power=True)
+    balance = run.energy_balance()
+    assert abs(balance.residual) < 2e-6 * abs(balance.work_in)
+    start = run.data["bearing_force"].isel(time=0)
+    on_ground = [label for label in start["bearing"].values if label != "out at 130 mm"]
+    np.testing.assert_allclose(start.sel(bearing=on_ground).sum("bearing"), 0.0, atol=1e-4)
+    assert float(abs(start.sel(bearing="out at 130 mm")).max()) > 100.0
+
+
+def test_runs_and_statics_bear_alike():
+    box = reverted(rolling())
+    data = exugear.load_distribution(box, 100.0, mesh_stiffness=2e7)
+    run = run_of(box, speed=10.0, duration=0.1, displacement=True).data.isel(time=slice(5000, None)).mean("time")
+    for name in ("bearing_force", "bearing_displacement"):
+        values = data[name].sel(bearing=run["bearing"])
+        np.testing.assert_allclose(run[name], values, atol=0.01 * np.abs(values).max())
+
+
+def test_modes_are_lower_on_the_shaft_than_on_ground():
+    on_shaft, on_ground = (exugear.modes(exugear.build(reverted(between=x)), load=100.0) for x in (PILOT, {}))
+    assert float(on_shaft["frequency"][1]) < float(on_ground["frequency"][1])
+    np.testing.assert_allclose(on_shaft["energy_share"].sum("element"), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("between", "words"),
+    [
+        ({("out", 140 * mm): ("fast", 130 * mm)}, "no bearing is out at 140 mm"),
+        ({("lay", 0.0): ("fast", 0.0)}, "needs one axis"),
+        ({("out", 130 * mm): ("input", 0.0)}, "no shafts"),
+        ({("out", 130 * mm): ("out", 0.0)}, "its own shaft"),
+        ({("fast", x * mm): ("out", x * mm) for x in (0, 100)} | {("out", x * mm): ("fast", 0.1) for x in (130, 210)},
+         "carry one another alone"),
+        ([("out", "fast")], "between must map"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused_in_words(between, words):
+    with pytest.raises(ValueError, match=words):
+        reverted(between=between)
+
+
+def test_an_elastic_shaft_needs_an_end_of_a_section_at_the_seat():
+    with pytest.raises(ValueError, match="divide its section there"):
+        reverted(between={("out", 130 * mm): ("fast", 123.456 * mm)}, sections=True)
