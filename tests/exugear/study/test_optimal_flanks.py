@@ -138,6 +138,12 @@ def test_bad_requests_are_refused(change, message):
         exugear.optimize_flanks(relieved, given.pop("variables"), given.pop("goals"), progress=False, **given)
 
 
+def test_vibration_is_measured_at_a_single_value_of_each_offset():
+    several = fem.Offsets(misalignment=(0.0, 1e-4))
+    with pytest.raises(ValueError, match=r"\['misalignment'\] have several"):
+        exugear.vibration_measures(relieved(), speed=(60.0, 270.0), load=350.0, gearbox=spinning, offsets=several)
+
+
 def test_bad_variables_and_goals_are_refused():
     with pytest.raises(ValueError, match="low must be below high"):
         exugear.Variable(40 * um, 0)
