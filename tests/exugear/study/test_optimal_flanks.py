@@ -149,6 +149,12 @@ def test_bad_variables_and_goals_are_refused():
         exugear.Variable(40 * um, 0)
     with pytest.raises(ValueError, match="step must lie in"):
         exugear.Variable(0, 40 * um, step=1.0)
+    with pytest.raises(ValueError, match=r"within 1 m with unit='um'.*pass metres"):
+        exugear.Variable(0, 40, unit="um")
+    with pytest.raises(ValueError, match="share must lie in"):
+        AMOUNT.at(2.0)
+    with pytest.raises(ValueError, match="weight must not be 0 throughout"):
+        exugear.Goal("peak_to_peak", 350.0, weight=0.0)
     with pytest.raises(ValueError, match="measure must be one of"):
         exugear.Goal("noise", 350.0)
     with pytest.raises(ValueError, match="torque must be > 0"):
