@@ -16,7 +16,7 @@ from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_o
 from fem.support.validation import set_fields
 
 #: Positions in a pitch of single tooth pairs in a law, and number of t of increments.
-STEPS, INCREMENT_LOADS = 128, 21
+STEPS, INCREMENT_LOADS = 128, 33
 #: Loads of a single tooth pair: least over the lowest of the map, how many below it and up to the largest one, and from
 #: there to this multiple of it, along the last stiffness.
 LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
@@ -143,8 +143,10 @@ def _nodes(values: np.ndarray, largest_load: float) -> np.ndarray:
     if not len(values):
         return nodes
     t, s = np.linspace(0, 1, values.shape[2]), np.arange(values.shape[1])
-    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
-    nodes["value"], nodes["by_t"] = values, over_t(t, 1) * t[1]
+    slopes = scipy.interpolate.PchipInterpolator(t, values, axis=2)(t, 1)
+    slopes[..., 0] = 0
+    over_t = scipy.interpolate.CubicHermiteSpline(t, values, slopes, axis=2)
+    nodes["value"], nodes["by_t"] = values, slopes * t[1]
     points, weights = np.polynomial.legendre.leggauss(3)
     inner = (t[:-1, None] + t[1] * (points + 1) / 2).ravel()
     shares = (over_t(inner) * inner * np.tile(weights / 2, t.size - 1) * t[1]).reshape(*values.shape[:2], -1, 3)
@@ -228,5 +230,5 @@ def _increments(data: xr.Dataset, gear: str) -> np.ndarray:
     """(n_variant, n, INCREMENT_LOADS) increments of a gear at evenly spaced positions and t."""
     values = data[f"{gear}_increment"].transpose(f"{gear}_variant", "increment_position", "increment_torque").values
     t = np.sqrt(data["increment_torque"].values / float(data["increment_torque"][-1]))
-    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
+    over_t = scipy.interpolate.PchipInterpolator(t, values, axis=2)
     return over_t(np.linspace(0, 1, INCREMENT_LOADS))

@@ -9,6 +9,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
+from exugear.contact.contact_frame import E_Z, GearBody, frame_on
 from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import (
     is_spatial,
@@ -16,10 +17,9 @@ from exugear.contact.reference_configuration import (
     reference_state,
     rotational_frame,
     rotational_row,
-    spatial_frame,
     spatial_row,
 )
-from exugear.contact.rotation import SPIN
+from exugear.contact.rotation import CODES, SPIN
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox, anchors_of
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
@@ -184,7 +184,8 @@ def _add_contact(
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
-    frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
+    kinds = [kind_of(mbs, item) for item in items]
+    frame = _frame(gearbox, number, kinds[:2], spatial=displaced or set(kinds) != {SPIN})
     if ring := rings[number]:
         frame = changed(frame, modes=ring.record.modes, ring=address_of(ring.record))
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
@@ -199,19 +200,21 @@ def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.
     return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
-def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
-    """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
+def _frame(gearbox: Gearbox, number: int, kinds: Sequence[str], *, spatial: bool) -> np.record:
+    """Contact frame of a stage on bodies of these kinds; spatial: whether they are displaced, or move beside spins."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
     direction = gearbox.flank_senses[number]
     gap = gearbox.gaps[number]
     if not spatial:
         return changed(rotational_frame(stage.pair, phase, direction), gap=gap)
-    axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
-    poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
+    pinion, wheel = (
+        GearBody(CODES[kind], np.array(pose(gearbox, shaft)), E_Z, (s - shaft.centre) * E_Z)
+        for kind, shaft, s in zip(kinds, (stage.fast, stage.slow), stage.axial_positions, strict=True)
+    )
     nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0, "gap": gap}
     if stage.carrier and stage.carrier.name not in gearbox.carriers_of_pins:
         nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions)
-    return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
+    return frame_on(stage.pair, phase, direction, (pinion, wheel), **nominal)
 
 
 def _row(

@@ -628,7 +628,7 @@ def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = Ru
     except Exception as error:
         if isinstance(error.__cause__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
-        if isinstance(error, AttributeError | NameError | ImportError):
+        if isinstance(error, AttributeError | NameError | ImportError | LookupError):
             raise  # a mistake in the code, of which Newton's iteration knows nothing
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"

@@ -44,8 +44,9 @@ from fem.support.validation import require
 #: Loads of single tooth pairs over the largest mesh force: a tooth that stands proud carries all of it, a coupled one
 #: more.
 LOADS = np.geomspace(0.002, 1.6, 14)
-#: Loads at which increments are solved, over the largest of `LOADS`.
-INCREMENT_LOADS = np.array([0.0025, 0.01, 0.04, 0.16, 0.5, 1.0])
+#: Loads at which increments are solved, over the largest of `LOADS`: those of a helix slope change within a factor of 3
+#: of the load under which the contact spreads over the face.
+INCREMENT_LOADS = np.geomspace(0.001, 1, 10)
 #: Load at which the line loads are taken that couple tooth pairs, over the largest mesh force.
 COUPLED_LOAD = 0.3
 #: Loads of the states by which a law states its error, over the largest mesh force.
