@@ -56,7 +56,8 @@ TYPES = {
 def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] = ()) -> Account:
     """Write a gearbox of cylindrical stages to a REXS file of version 1.4 in XML, whole or not at all.
 
-    load_cases   as `exugear.read_rexs` returns them: speed of the driving shaft, torque on it, share of time
+    load_cases   as `exugear.read_rexs` returns them; speed and torque of the driving shaft and the share of time are
+                 written, torques on further shafts and forces of a case are left out
 
     Sections, rolling bearings of one row by their inner geometry, external forces and gravity are written, too. Returns
     an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
@@ -317,6 +318,11 @@ class _Writing:
             self._of_case(element, self.unit, load_duration_fraction=(case.share, "%"))
             self._of_case(element, self.shafts[gearbox.driving.name], rotational_speed=(case.speed, "1 / min"))
             self._of_case(element, loads[gearbox.driving.name], torque_around_u_axis=(torque, "N m"))
+            further = [name for name, value in case.torques.items() if value and name not in loads]
+            lost = [f"torques on {', '.join(further)}"] if further else []
+            lost += [f"forces on {', '.join(case.forces)}"] if case.forces else []
+            if lost:
+                self.account.left_out(case.name, f"{' and '.join(lost)} are not written")
 
     def _of_case(self, element: ElementTree.Element, id: str, **attributes: Value) -> None:
         given = dict(self.components[int(id) - 1].attrib)

@@ -171,9 +171,14 @@ class LoadSpectrum:
                   `fem.mirror_image(pair)`. A case that loads the other flank has the torque 0
 
         Returns torque (n,) >= 0 [N m], speed (n,) [rad/s], on a carrier against it, and hours (n,) [h]. Raises
-        ValueError for stages that the gearbox lacks, other flanks, and where neither time nor hours is known.
+        ValueError for stages that the gearbox lacks, other flanks, torques on more than two shafts, and where neither
+        time nor hours is known.
         """
         index, total = stage_number(gearbox.labels, stage), hours
+        for case in self.cases:
+            loaded = [shaft for shaft, torque in case.torques.items() if torque]
+            several = f"torques of {case.name!r} act on {loaded}; the torque of a pinion follows from load alone"
+            require(len(loaded) <= 2, f"{several}, with one driving and one driven shaft")
         require(flank in FLANKS, f"flank must be 'left' or 'right', got {flank!r}")
         if total is None:
             total = None if self.time is None else self.time / HOUR

@@ -54,6 +54,9 @@ def over_angle(signal: xr.DataArray, *, highest_order: float) -> xr.DataArray:
     short = f"the signal holds {turned:.3g} revolutions, too few for order {highest_order:g}; record longer"
     require(samples > 2 * HALF_LENGTH, short)
     step = REVOLUTION / (SAMPLES_PER_PERIOD * highest_order)
+    least = resolved_order(signal, 0.0)
+    lower = f"got samples for order {least:.4g} at the lowest speed; sample finer, or pass a lower order"
+    require(highest_order <= least, f"signal must have {SAMPLES_PER_PERIOD} samples per period of the order, {lower}")
     grid = angle[0] + step * np.arange(samples)
     angle, rows, spacing = _evenly_sampled(signal, step)
     values = np.array([_filtered(angle, np.ascontiguousarray(row), spacing, grid, step) for row in rows])
@@ -64,6 +67,13 @@ def over_angle(signal: xr.DataArray, *, highest_order: float) -> xr.DataArray:
     }
     dims = (*signal.dims[:-1], "angle")
     return xr.DataArray(values.reshape(*signal.shape[:-1], samples), coordinates, dims, signal.name, signal.attrs)
+
+
+def resolved_order(signal: xr.DataArray, share: float) -> float:
+    """Highest order of which a share of the steps, the slowest first, has samples enough; 0: the slowest step alone."""
+    spacing = np.diff(signal["angle"].values)
+    step = float(np.quantile(spacing[spacing > 0], share))
+    return REVOLUTION / (SAMPLES_PER_PERIOD * step) * (1 + STEP_TOLERANCE)
 
 
 def check_angular_samples(signal: xr.DataArray, highest_order: float) -> None:

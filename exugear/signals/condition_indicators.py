@@ -15,7 +15,7 @@ from exugear.signals.synchronous_average import ANGLE, AVERAGE, check_average, r
 from fem.support.arguments import checked
 from fem.support.validation import require
 
-#: Share of the rms of an average below which what remains of it is rounding: its shape tells nothing.
+#: Share of an average, its mean included, below which what remains of it is rounding: its shape tells nothing.
 ROUNDING = 1e-9
 MEANINGS = {
     "rms": "root mean square without the mean",
@@ -56,7 +56,8 @@ def condition_indicators(
     check_average(average)
     teeth = teeth_of(average, mesh_orders)
     centred = average - average.mean(ANGLE)
-    rms = _rms(centred)
+    rounding = ROUNDING * _rms(average)
+    rms = _rms(centred).where(_rms(centred) > rounding, 0.0)
     residual = residual_signal(average, teeth)
     difference = residual_signal(average, teeth, side_bands=1)
     regular = centred - difference
@@ -64,19 +65,19 @@ def condition_indicators(
     orders = amplitude["order"].values
     harmonic = np.isin(orders, regular_orders(average, teeth, side_bands=0, shaft_orders=0)) & (orders > 0)
     peak_to_peak = average.max(ANGLE) - average.min(ANGLE)
-    beyond_rounding = _rms(difference) > ROUNDING * rms
+    beyond_rounding = _rms(difference) > rounding
     variance = _mean_variance(residual, baseline, teeth)
     values = {
         "rms": rms,
         "peak_to_peak": peak_to_peak,
         "crest_factor": _ratio(abs(centred).max(ANGLE), rms),
         "kurtosis": _ratio((centred**4).mean(ANGLE), rms**4),
-        "FM0": _ratio(peak_to_peak, amplitude.isel(order=harmonic).sum("order")),
+        "FM0": _ratio(peak_to_peak, amplitude.isel(order=harmonic).sum("order"), rounding),
         "FM4": _ratio((difference**4).mean(ANGLE), _rms(difference) ** 4).where(beyond_rounding),
         "M6A": _ratio((difference**6).mean(ANGLE), _rms(difference) ** 6).where(beyond_rounding),
-        "NA4": _ratio((residual**4).mean(ANGLE), variance**2).where(_rms(residual) > ROUNDING * rms),
-        "energy_ratio": _ratio(_rms(difference), _rms(regular)),
-        "side_band_ratio": _side_band_ratio(amplitude, teeth[0], side_bands),
+        "NA4": _ratio((residual**4).mean(ANGLE), variance**2).where(_rms(residual) > rounding),
+        "energy_ratio": _ratio(_rms(difference), _rms(regular), rounding),
+        "side_band_ratio": _side_band_ratio(amplitude, teeth[0], side_bands, rounding),
     }
     units = {"rms": average.attrs.get("units", "1"), "peak_to_peak": average.attrs.get("units", "1")}
     about = {name: {"units": units.get(name, "1"), "long_name": words} for name, words in MEANINGS.items()}
@@ -87,9 +88,9 @@ def _rms(values: xr.DataArray) -> xr.DataArray:
     return (values**2).mean(ANGLE) ** 0.5
 
 
-def _ratio(numerator: xr.DataArray, denominator: xr.DataArray) -> xr.DataArray:
-    """NaN where the denominator is 0."""
-    return numerator / denominator.where(denominator > 0)
+def _ratio(numerator: xr.DataArray, denominator: xr.DataArray, least: xr.DataArray | float = 0.0) -> xr.DataArray:
+    """NaN where the denominator is 0, or at most the least that is no rounding."""
+    return numerator / denominator.where(denominator > least)
 
 
 def _amplitudes(average: xr.DataArray) -> xr.DataArray:
@@ -116,12 +117,12 @@ def _mean_variance(residual: xr.DataArray, baseline: xr.DataArray | None, teeth:
     return variance.copy(data=summed.transpose(*variance.dims).values) / (variance[AVERAGE] + 1)
 
 
-def _side_band_ratio(amplitude: xr.DataArray, z: int, side_bands: int) -> xr.DataArray:
-    """Sum of side bands over the amplitude of their harmonic, over harmonic."""
+def _side_band_ratio(amplitude: xr.DataArray, z: int, side_bands: int, rounding: xr.DataArray) -> xr.DataArray:
+    """Sum of side bands over the amplitude of their harmonic, over harmonic; NaN where that is rounding."""
     most = (z - 1) // 2
     require(1 <= side_bands <= most, f"side_bands must lie in [1, {most}], got {side_bands}")
     middles = np.arange(z, amplitude.sizes["order"] - side_bands, z)
     offsets = [x for x in range(-side_bands, side_bands + 1) if x]
     along = xr.DataArray(middles, {"harmonic": np.arange(1, middles.size + 1)}, ("harmonic",))
     sums = sum(amplitude.isel(order=along + offset).drop_vars("order") for offset in offsets)
-    return _ratio(sums, amplitude.isel(order=along).drop_vars("order"))  # type: ignore[arg-type]
+    return _ratio(sums, amplitude.isel(order=along).drop_vars("order"), rounding)  # type: ignore[arg-type]

@@ -15,6 +15,8 @@ from exugear.signals.signal import require_signal, sample_rate
 from fem.support.arguments import checked
 from fem.support.validation import require
 
+#: Least width of a band over the resolution of the signal, 1 / duration: what is narrower has no envelope.
+RESOLVED = 2.0
 #: Order of the Butterworth filter, which runs forwards and backwards: no delay, twice the slope.
 FILTER_ORDER = 4
 
@@ -34,6 +36,9 @@ def demodulate(signal: xr.DataArray, band: Sequence[float]) -> xr.DataArray:
     edges = list(band)
     resolved = len(edges) == 2 and 0 < edges[0] < edges[1] < rate / 2
     require(resolved, f"band must be two rising frequencies in (0, {rate / 2:.6g}) Hz, got {edges}")
+    width, least_width = edges[1] - edges[0], RESOLVED * rate / signal.sizes["time"]
+    narrow = f"band must be {least_width:.4g} Hz wide or more for a signal of {signal.sizes['time'] / rate:.4g} s"
+    require(width >= least_width, f"{narrow}, got {width:.4g} Hz; widen it, or record longer")
     sections = scipy.signal.butter(FILTER_ORDER, edges, "bandpass", fs=rate, output="sos")
     least = 3 * (2 * len(sections) + 1)
     require(signal.sizes["time"] > least, f"signal must have more than {least} samples, got {signal.sizes['time']}")
@@ -63,8 +68,14 @@ def envelope_spectrum(
                    of the windows, as in `exugear.order_tracking`
 
     Returns the Dataset of `exugear.order_tracking` of the envelope, with mean_amplitude (..., order), the root of the
-    mean square over the windows. Raises ValueError as those functions do.
+    mean square over the windows. Raises ValueError as those functions do, and for orders beyond the width of the band,
+    which its envelope cannot hold.
     """
+    require_signal(signal)
+    slowest, width = float(np.abs(signal["speed"].values).min()) / (2 * np.pi), float(np.ptp(band))
+    beyond = f"highest_order = {highest_order:g} is {highest_order * slowest:.4g} Hz at the lowest speed"
+    remedy = "whose envelope holds frequencies up to that; widen the band"
+    require(highest_order * slowest <= width, f"{beyond}, beyond the width of the band of {width:.4g} Hz, {remedy}")
     options = {"revolutions": revolutions, "overlap": overlap, "window": window}
     lines = order_tracking(demodulate(signal, band), highest_order=highest_order, **options)
     mean = (lines["amplitude"] ** 2).mean("time") ** 0.5

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.signals.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle
+from exugear.signals.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle, resolved_order
 from exugear.signals.signal import WHOLE, channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.validation import require, require_finite
@@ -20,6 +20,8 @@ from fem.support.validation import require, require_finite
 ANGLE, AVERAGE, SPEED, TURNS = "angle", "average", "speed", "turns"
 ANGLE_OF_TURN = {"units": "rad", "long_name": "angle of the averaged shaft"}
 NUMBER = {"units": "1", "long_name": "number of the average"}
+#: Share of the steps that must have samples enough: a few may be longer.
+SAMPLED = 0.99
 
 
 @checked
@@ -40,12 +42,20 @@ def synchronous_average(
     Returns a DataArray (..., angle), or (..., average, angle) where turns is given, over the angle [rad] of the shaft
     in [0, 2 pi), 0 where the signal begins; with the time [s] and the speed [rad/s] of the averaged shaft in the middle
     of each average, mesh_order, mesh cycles per turn of this shaft, and in its attributes turns, those of an average,
-    and turns_left_out, the rest behind the last one. Raises ValueError for signals shorter than an average.
+    and turns_left_out, the rest behind the last one. Raises ValueError for signals shorter than an average, for orders
+    that the samples do not resolve, and for a shaft that reverses: its teeth then pass in another order.
     """
     require_signal(signal)
+    speed = signal[SPEED].values
+    reverses = f"speed of the signal must keep its sign, got {speed.min():g} to {speed.max():g} rad/s"
+    require(bool((speed >= 0).all() or (speed <= 0).all()), f"{reverses}; cut the signal where the shaft reverses")
     require(0 < shaft_order < np.inf, f"shaft_order must be > 0 and finite, got {shaft_order:g}")
     require(1 <= highest_order < np.inf, f"highest_order must be >= 1 and finite, got {highest_order:g}")
     require(turns is None or turns >= 1, f"turns must be >= 1, got {turns}")
+    most = resolved_order(signal, SAMPLED) / shaft_order
+    finer = f"got samples for order {most:.4g} at the highest speed; sample finer, or pass a lower highest_order"
+    few = f"signal must have {SAMPLES_PER_PERIOD} samples per period of order {highest_order:g}"
+    require(highest_order <= most, f"{few} of the averaged shaft, {finer}")
     samples = int(np.ceil(SAMPLES_PER_PERIOD * highest_order))
     turned = float(np.ptp(signal["angle"].values)) / REVOLUTION * shaft_order
     ends = 2 * HALF_LENGTH / samples
@@ -125,7 +135,7 @@ def teeth_of(average: xr.DataArray, mesh_orders: Sequence[int] | None) -> list[i
     """Mesh orders of an average: the given ones, or those of its signal that are whole numbers."""
     highest = average.sizes[ANGLE] / SAMPLES_PER_PERIOD
     if mesh_orders is not None:
-        orders = sorted(set(mesh_orders))
+        orders = sorted({int(order) for order in mesh_orders})
         inside = bool(orders) and orders[0] >= 1 and orders[-1] <= highest
         require(inside, f"mesh_orders must lie in [1, {highest:.4g}], which the average resolves, got {[*mesh_orders]}")
         return orders

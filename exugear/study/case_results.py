@@ -19,9 +19,9 @@ def as_dataset(returned: Any, apart_from: Iterable[str] = ()) -> xr.Dataset:
     """What the function of a sweep returned as a Dataset; ValueError for what has no labels, or names of the case."""
     if isinstance(returned, xr.DataArray):
         returned = returned.to_dataset(name=returned.name or RESULT)
-    elif isinstance(returned, Number | np.generic):
+    elif isinstance(returned, Number | np.generic) or (isinstance(returned, np.ndarray) and returned.ndim == 0):
         returned = {RESULT: returned}
-    wanted = isinstance(returned, Mapping | xr.Dataset)
+    wanted = isinstance(returned, Mapping | xr.Dataset) and len(returned) > 0
     require(wanted, f"the function must return {KINDS}, got {text_of(returned)}")
     items = returned.items() if isinstance(returned, Mapping) and not isinstance(returned, xr.Dataset) else ()
     bare = [name for name, values in items if not isinstance(values, tuple | xr.DataArray) and np.ndim(values)]
@@ -62,6 +62,14 @@ def _difference(number: int, first: xr.Dataset, result: xr.Dataset) -> str:
         if name in first.coords and not expected.equals(values):
             return f"{name} must be the same in all cases, it differs from that of case {number}; leave it out"
     return ""
+
+
+def missing_names(results: Sequence[xr.Dataset | None]) -> dict[str, int]:
+    """Names that results of some cases have and others have not, and the first case without each."""
+    known = {number: data for number, data in enumerate(results) if data is not None}
+    names = dict.fromkeys(name for data in known.values() for name in data.data_vars)
+    without = {str(name): [number for number, data in known.items() if name not in data] for name in names}
+    return {name: numbers[0] for name, numbers in without.items() if numbers}
 
 
 def stacked(results: Sequence[xr.Dataset | None]) -> xr.Dataset:

@@ -119,7 +119,7 @@ class _Digest:
         """A class, module or built-in function by its name; one of the user with the text of its module."""
         home = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None) or ""
         file = getattr(sys.modules.get(home), "__file__", None)
-        of_user = bool(file) and not _installed(Path(str(file)))
+        of_user = bool(file) and not installed(Path(str(file)))
         self.text("" if of_user else home, getattr(value, "__qualname__", getattr(value, "__name__", "")))
         if of_user and file not in self.seen:
             self.seen.add(file)
@@ -127,7 +127,7 @@ class _Digest:
 
     def _function(self, function: FunctionType) -> None:
         file = Path(function.__code__.co_filename)
-        if _installed(file):
+        if installed(file):
             self.text("function", str(function.__module__), function.__qualname__)
             return
         self.text("function", function.__qualname__)  # of a script or of its module alike
@@ -148,7 +148,7 @@ def _names(code: CodeType) -> set[str]:
 
 
 @cache
-def _installed(file: Path) -> bool:
+def installed(file: Path) -> bool:
     """Whether a file belongs to Python, to an installed package, or to `fem` and `exugear`."""
     homes = [*HOMES, Path(np.__file__).parents[1], Path(hashlib.__file__).parent]
     return any(file.is_relative_to(home) for home in homes) or str(file).startswith("<frozen")

@@ -20,6 +20,8 @@ FIRST, LAST = 0.15, 2e-3
 MOST, TRIED = 40, 8
 #: Distance of starts, over the diagonal of all ranges.
 APART = 0.15
+#: Longest bound of a variable in um or mm [m].
+LONGEST = 1.0
 #: Share of the range within which a variable without steps counts as at its bound.
 AT_BOUND = 1e-3
 
@@ -48,6 +50,9 @@ class Variable:
         require(finite and self.low < self.high, f"low must be below high, both finite, got {self.low} and {self.high}")
         units = "", "um", "mm", "mrad", "deg", "GPa"
         require(self.unit in units, f"unit must be one of {units}, got {text_of(self.unit)}")
+        farthest = max(abs(self.low), abs(self.high))
+        metres = f"bounds must lie within {LONGEST:g} m with unit={self.unit!r}, got {self.low} and {self.high}"
+        require(self.unit not in ("um", "mm") or farthest <= LONGEST, f"{metres}; pass metres: 40*um")
         if self.step is not None:
             within = f"step must lie in (0, high - low] = (0, {self.high - self.low:g}], got {self.step}"
             require(0 < self.step <= (self.high - self.low) * (1 + 1e-9), within)
@@ -59,7 +64,8 @@ class Variable:
 
     @checked
     def at(self, share: Finite) -> float:
-        """The value at a share of the range, on a step where there are steps."""
+        """The value at a share in [0, 1] of the range, on a step where there are steps."""
+        require(-1e-9 <= share <= 1 + 1e-9, f"share must lie in [0, 1] of the range, got {share:g}")
         if self.step is None:
             return self.low + share * (self.high - self.low)
         number = round(share * (self.high - self.low) / self.step)

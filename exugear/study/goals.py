@@ -37,7 +37,8 @@ class Goal:
                 "K_H_beta", ...; or over a range of speed by `exugear.steady_states`: "dte", the largest rms of the DTE
                 [m], "bearing_force", the largest rms of the vibration of any bearing force [N]
     torque      pinion torques > 0, increasing: load cases [N m]; of "dte" and "bearing_force" loads of the driven shaft
-    weight      of the measure in the objective [1 / unit of the measure]; a number for each load case, or for all
+    weight      of the measure in the objective [1 / unit of the measure]; a number for each load case, or for all; < 0
+                makes the measure large, say a contact ratio
     offsets     of the wheel, which may have several values
     over        "max" or "sum" over load cases, offsets, gears
     harmonic    of the mesh, of "harmonics"
@@ -61,6 +62,9 @@ class Goal:
         require(bool(torque[0] > 0), f"torque must be > 0 N m, a load case each, got {text_of(self.torque)}")
         weight = numbers("weight", self.weight)
         require_finite("weight", weight)
+        require(
+            bool(np.any(weight)), f"weight must not be 0 throughout, got {text_of(self.weight)}; leave the goal out"
+        )
         fits = weight.shape in ((), (1,), torque.shape)
         require(fits, f"weight must be a number, or one for each of {torque.size} torques, got {text_of(self.weight)}")
         check_offsets("offsets", self.offsets)

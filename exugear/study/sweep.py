@@ -4,6 +4,7 @@ import traceback
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
 from contextlib import closing
+from copy import deepcopy
 from dataclasses import dataclass
 from inspect import Parameter, signature
 from pathlib import Path
@@ -12,8 +13,9 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from exugear.study.case_results import CASE, FAILURE, alike, as_dataset, parameters_of, stacked
+from exugear.study.case_results import CASE, FAILURE, alike, as_dataset, missing_names, parameters_of, stacked
 from exugear.study.case_store import CaseStore
+from exugear.study.fingerprint import installed
 from fem.support.arguments import FilePath, checked
 from fem.support.progress import moving
 from fem.support.user_warning import warn_user
@@ -48,6 +50,9 @@ class _ExecutorDied(Exception):
 def check_cases(name: str, value: Any) -> None:
     """ValueError unless the value holds cases: dictionaries of arguments, or the rows of a DataFrame."""
     if hasattr(value, "to_dict") and hasattr(value, "columns"):
+        names = list(value.columns)
+        twice = sorted({str(x) for x in names if names.count(x) > 1})
+        require(not twice, f"{name} must have columns of different names, {twice} occur twice; rename them")
         value = value.to_dict("records")
     listed = isinstance(value, Sequence) and not isinstance(value, str | bytes) and len(value) > 0
     require(listed, f"{name} must be a list of dictionaries or a DataFrame with a row or more, got {text_of(value)}")
@@ -142,20 +147,27 @@ class _Case:
 
     def __call__(self) -> xr.Dataset | str:
         """Its result; the reason where it fails."""
-        values = dict(self.values)
+        values = deepcopy(self.values)  # a function that changes a list must not change the case
         if self.random is not None:
             seed, number = self.random
             values[RNG] = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
         try:
-            return as_dataset(self.function(**values), apart_from=self.values)
+            returned = self.function(**values)
         except Exception as error:
             return _reason(error)
+        try:
+            return as_dataset(returned, apart_from=self.values)
+        except ValueError as error:
+            return f"{type(error).__name__}: {error}"
 
 
 def _reason(error: BaseException) -> str:
-    """Class, message and line of an error."""
+    """Class, message and line of an error: the last line of the user, of this program where it has none."""
     frames = traceback.extract_tb(error.__traceback__)
-    at = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    written = [frame for frame in frames if not frame.filename.startswith("<")]  # not made by dataclasses
+    of_user = [frame for frame in written if not installed(Path(frame.filename))]
+    last = [*frames, *of_user][-1:]
+    at = f" ({Path(last[0].filename).name}, line {last[0].lineno})" if last else ""
     return f"{type(error).__name__}: {error}{at}"
 
 
@@ -167,8 +179,14 @@ def _computed(case: _Case) -> xr.Dataset | str:
 def _listed(cases: Any) -> tuple[np.ndarray, list[dict[str, Any]]]:
     """Labels and arguments of the cases."""
     if hasattr(cases, "to_dict") and hasattr(cases, "columns"):
-        return np.asarray(cases.index), [dict(case) for case in cases.to_dict("records")]
+        return _labels(cases.index), [dict(case) for case in cases.to_dict("records")]
     return np.arange(len(cases)), [dict(case) for case in cases]
+
+
+def _labels(index: Any) -> np.ndarray:
+    """Labels of the rows of a DataFrame; those of several levels as texts, which files can hold."""
+    several = getattr(index, "nlevels", 1) > 1
+    return np.array([", ".join(map(str, label)) for label in index]) if several else np.asarray(index)
 
 
 def draws_random_numbers(function: Callable) -> bool:
@@ -243,6 +261,10 @@ def _how_far(outcomes: list[xr.Dataset | str], keep: CaseStore | None) -> str:
 def _labelled(listed: list[dict[str, Any]], labels: np.ndarray, outcomes: list[xr.Dataset | str]) -> xr.Dataset:
     """Dataset of all outcomes over the cases."""
     results, reasons = alike(outcomes)
+    lacking = missing_names(results)
+    if lacking:
+        said = "; ".join(f"{name} in case {labels[case]}" for name, case in lacking.items())
+        warn_user(f"results have different names, and NaN where one is missing: {said}; return the same in all cases")
     data, parameters = stacked(results), parameters_of(listed)
     failures = np.array(reasons)
     failure = (CASE,), failures, {"long_name": "reason why the case has no result"}

@@ -19,6 +19,8 @@ PARAMETER = "parameter"
 VARIED = "tolerances"
 #: Cases without which a rank correlation says nothing.
 LEAST_CASES = 10
+#: Kinds of results that have a rank or a variance: truth values, whole and real numbers.
+NUMBERS = "biuf"
 
 
 def check_tolerances(name: str, value: Any) -> None:
@@ -28,8 +30,12 @@ def check_tolerances(name: str, value: Any) -> None:
     for key, distribution in value.items():
         frozen = isinstance(key, str) and all(callable(getattr(distribution, x, None)) for x in ("ppf", "rvs"))
         require(frozen, f"{example}, got {text_of(distribution)} for {text_of(key)}")
+        bare = isinstance(distribution, scipy.stats.rv_continuous | scipy.stats.rv_discrete)
+        require(not bare, f"{name}: the distribution of {key} must have its parameters, say scipy.stats.norm(0, 2e-6)")
         with np.errstate(all="ignore"):
-            require_finite(f"{name}: the median of {key}", distribution.ppf(0.5), "check its parameters")
+            median = distribution.ppf(0.5)
+        require(np.ndim(median) == 0, f"{name}: the distribution of {key} must be of one number, got {text_of(median)}")
+        require_finite(f"{name}: the median of {key}", median, "check its parameters")
 
 
 def check_number(name: str, value: Any) -> None:
@@ -84,14 +90,16 @@ def rank_correlation(data: xr.Dataset) -> xr.Dataset:
 
     Each variable lies in [-1, 1]: +-1 where the result rises or falls with this tolerance alone, about 0 where the
     tolerance does not matter, or acts in both directions; `<name>_p_value` is the probability of such a correlation by
-    chance. Failed cases are left out. Source: scipy.stats.spearmanr.
+    chance. Both are NaN for a result that does not vary. Failed cases are left out, as are results that are complex
+    numbers or texts. Raises ValueError for fewer than ten cases with a result. Source: scipy.stats.spearmanr.
     """
     require(CASE in data.dims, f"data must have the dimension {CASE}, got {dict(data.sizes)}; pass that of a sweep")
     names = _varied(data)
     require(len(names) > 0, "data must hold values that differ from case to case as coordinates, got none")
     variables = {}
     for name, values in data.data_vars.items():
-        if CASE in values.dims and values.dtype.kind in "fiu":
+        if CASE in values.dims and values.dtype.kind in NUMBERS:
+            values = values.astype(float)
             over = [dim for dim in values.dims if dim != CASE]
             pairs = np.array([_spearman(data[key].values, values.transpose(CASE, *over).values) for key in names])
             about = {"units": "1", "long_name": f"rank correlation of {values.attrs.get('long_name', name)}"}
@@ -145,9 +153,13 @@ def sobol_indices(
 
     Returns for each result over `parameter`: `<name>_first_order`, the share of the variance by this tolerance alone,
     and `<name>_total`, with all that it adds together with others; `<name>_variance`. Estimates scatter about their
-    value by some 1 / sqrt(number). Raises ValueError where a case fails. Source: scipy.stats.sobol_indices (Saltelli).
+    value by some 1 / sqrt(number); they are NaN for a result that does not vary. Raises ValueError for a single
+    tolerance, and where a case fails or is not finite. Source: scipy.stats.sobol_indices (Saltelli).
     """
+    draws = "function must not draw rng, as all of its variance must come from the tolerances"
+    require(not draws_random_numbers(function), draws)
     names, n = list(tolerances), len(tolerances)
+    require(n > 1, f"tolerances must be two or more, got {names}: a single one has all of the variance")
     points = scipy.stats.qmc.Sobol(2 * n, seed=seed).random(number)
     A, B = points[:, :n], points[:, n:]
     mixed = [np.where(np.arange(n) == i, B, A) for i in range(n)]
@@ -156,15 +168,16 @@ def sobol_indices(
     shares = np.clip(shares, 1e-12, 1 - 1e-12)
     columns = [distribution.ppf(column) for distribution, column in zip(tolerances.values(), shares.T, strict=True)]
     cases = [dict(zip(names, row, strict=True)) for row in np.stack(columns, axis=1).tolist()]
-    draws = "function must not draw rng, as all of its variance must come from the tolerances"
-    require(not draws_random_numbers(function), draws)
     data = sweep(function, cases, executor=executor, store=store, progress=progress)
     failed = np.flatnonzero(data["failure"].values != "")
     reason = data["failure"].values[failed[0]] if failed.size else ""
     require(not failed.size, f"function must have a result in all cases, {failed.size} failed, say: {reason}")
     variables: dict[str, Any] = {}
     for name, values in data.data_vars.items():
-        if values.dtype.kind in "fiu":
+        if values.dtype.kind in NUMBERS:
+            finite = np.isfinite(values.transpose(CASE, ...).values.reshape(len(cases), -1)).all(axis=1)
+            at = f", say for {cases[int(finite.argmin())]}" if not finite.all() else ""
+            require(not at, f"function must return finite numbers, {name} is not in {(~finite).sum()} cases{at}")
             _add_indices(variables, str(name), values, (number, n))
     axes = {name: values for name, values in data.coords.items() if CASE not in values.dims}
     return xr.Dataset(variables, axes | {PARAMETER: names}, {"seed": seed, "number": number})

@@ -44,6 +44,8 @@ def vibration_measures(
     """
     loads = increasing("load", np.atleast_1d(numbers("load", load)))
     require(bool(loads[0] > 0), f"load must be > 0 N m, got {text_of(load)}")
+    several = [] if offsets is None else [*offsets.axes()]
+    require(not several, f"offsets must have one value each, {several} have several; call it for each of them")
     options: dict[str, Any] = {"offsets": offsets, "resolution": resolution, "progress": False}
     ste = static_transmission_error(pair, np.multiply(MAP_TORQUES, loads[-1]), phases, **options)
     model = build(gearbox(ste))

@@ -270,7 +270,10 @@ def test_sections_rolling_bearings_forces_and_gravity_are_written_and_read_again
     ste = fem.ste_map(pair, [0, 50.0, 100.0], np.arange(4) / 4, np.outer([0, 1e-6, 2e-6], np.ones(4)))
     shafts = [drawn_shaft(name, {40 * mm: x}) for name, x in (("fast", gear), ("slow", mate))]
     box = exugear.Gearbox([exugear.Stage(*shafts, ste, backlash=80e-6)])
-    account = exugear.write_rexs(tmp_path / "drawn.rexs", box, [exugear.LoadCase("cruise", 300 * rpm, 50.0)])
+    belt = {"fast": {0.0: exugear.ExternalForce(x=100.0)}}
+    case = exugear.LoadCase("cruise", 300 * rpm, 50.0, torques={"slow": -50.0, "third": 2.0}, forces=belt)
+    account = exugear.write_rexs(tmp_path / "drawn.rexs", box, [case])
+    assert "torques on third and forces on fast are not written" in str(account)
     model = exugear.read_rexs(tmp_path / "drawn.rexs", mesh="iso6336", progress=False)
     assert not [row for row in account.rows if "bearing" in row.text and "damping" not in row.text]
     for before, after in zip(box.shafts, model.gearbox.shafts, strict=True):

@@ -124,6 +124,32 @@ def test_lines_of_the_standard_pass_through_its_points(curve, points):
     assert np.asarray(curve.stress) == pytest.approx(stress * MPA)
 
 
+@pytest.mark.parametrize(
+    ("curve", "exponent"),
+    [
+        (exugear.SNCurve.pitting(1500 * MPA), 2 * 6.610),
+        (exugear.SNCurve.pitting(1500 * MPA, "through-hardened"), 2 * 6.610),
+        (exugear.SNCurve.pitting(1000 * MPA, "nitrided"), 2 * 5.709),
+        (exugear.SNCurve.pitting(1000 * MPA, "nitrocarburized"), 2 * 15.715),
+        (exugear.SNCurve.bending(860 * MPA), 8.738),
+        (exugear.SNCurve.bending(860 * MPA, "through-hardened"), 6.225),
+        (exugear.SNCurve.bending(860 * MPA, "nitrided"), 17.035),
+        (exugear.SNCurve.bending(860 * MPA, "nitrocarburized"), 84.003),
+    ],
+)
+def test_slopes_are_the_published_exponents(curve, exponent):
+    """Exponents of the torque of ISO 6336-6; pressure grows with the root of the torque."""
+    cycles, stress = np.asarray(curve.cycles), np.asarray(curve.stress)
+    assert np.log(cycles[1] / cycles[0]) / np.log(stress[0] / stress[1]) == pytest.approx(exponent, rel=2e-4)
+
+
+def test_torques_on_several_shafts_of_a_file_are_no_load_on_a_pinion():
+    torques = {"fast": 100.0, "slow": -50.0, "third": -50.0}
+    case = exugear.LoadCase("split", SPEED, 100.0, torques=torques)
+    with pytest.raises(ValueError, match=r"torques of 'split' act on .*'third'"):
+        exugear.LoadSpectrum([case], time=3600.0).on_pinion(smooth_box())
+
+
 REFUSED = {
     "pitting or bending must be given": {"bending": None},
     "stresses end at 400 N m, the spectrum reaches 500 N m": {"torque": 500.0},
@@ -146,6 +172,10 @@ def test_refused_with_the_remedy(words):
 def test_lines_that_rise_are_refused():
     with pytest.raises(ValueError, match="must not rise"):
         exugear.SNCurve([1e3, 1e6], [1e8, 2e8])
+    with pytest.raises(ValueError, match=r"limit must lie in .* pass pascals: 860e6"):
+        exugear.SNCurve.bending(860.0)
+    with pytest.raises(ValueError, match=r"stress must reach .* pass pascals: 860e6"):
+        exugear.SNCurve([1e3, 1e6], [800.0, 500.0])
     with pytest.raises(ValueError, match="material must be one of"):
         exugear.SNCurve.bending(1e9, "wood")
     with pytest.raises(ValueError, match="pitting_permitted has a line of its own"):

@@ -82,6 +82,13 @@ def test_indicators_of_a_phase_modulation():
     assert float(indicators["crest_factor"]) == pytest.approx(np.sqrt(2), rel=1e-2)
 
 
+def test_rounding_has_no_shape_and_harmonics_that_are_missing_no_side_bands():
+    level = exugear.condition_indicators(average_of(lambda x: 5.0 + 0.0 * x), [Z])
+    assert all(np.isnan(level[name]).all() for name in level if name not in ("rms", "peak_to_peak"))
+    single = exugear.condition_indicators(average_of(lambda x: np.cos(Z * x)), [float(Z)])["side_band_ratio"]
+    assert np.isfinite(single.sel(harmonic=1)) and np.isnan(single.sel(harmonic=2))
+
+
 def test_noise_is_normal_and_impulses_are_not():
     """FM4 and NA4 of normal noise are 3, M6A 15; an impact a turn raises them, the mesh and its run-out do not."""
     noise, impact = 0.3 * RNG.normal(size=400 * TURNS + 1), lambda x: np.exp(-(((x - 2.0) % (2 * np.pi)) / 0.05))
@@ -189,7 +196,20 @@ REFUSED = {
     ),
     "band must be two rising frequencies": lambda: exugear.demodulate(sampled(mesh), [500.0, 100.0]),
     "got .*9000": lambda: exugear.demodulate(sampled(mesh), [100.0, 9000.0]),
+    "band must be .* Hz wide or more": lambda: exugear.demodulate(sampled(mesh), [500.0, 500.001]),
+    "beyond the width of the band of 50 Hz": lambda: exugear.envelope_spectrum(
+        sampled(mesh), [500.0, 550.0], highest_order=20
+    ),
+    "got samples for order .* at the highest speed": lambda: average_at(highest_order=300),
+    "got samples for order .* at the lowest speed": lambda: exugear.over_angle(sampled(mesh), highest_order=300),
+    "speed of the signal must keep its sign": lambda: exugear.synchronous_average(reversing(), highest_order=20),
 }
+
+
+def reversing():
+    """A shaft that stops and turns back."""
+    time = np.linspace(0, 2.0, 20_001)
+    return exugear.recorded_signal(time, np.linspace(-100.0, 100.0, time.size), np.cos(100 * time))
 
 
 def average_at(**options):

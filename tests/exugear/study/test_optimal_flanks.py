@@ -138,11 +138,23 @@ def test_bad_requests_are_refused(change, message):
         exugear.optimize_flanks(relieved, given.pop("variables"), given.pop("goals"), progress=False, **given)
 
 
+def test_vibration_is_measured_at_a_single_value_of_each_offset():
+    several = fem.Offsets(misalignment=(0.0, 1e-4))
+    with pytest.raises(ValueError, match=r"\['misalignment'\] have several"):
+        exugear.vibration_measures(relieved(), speed=(60.0, 270.0), load=350.0, gearbox=spinning, offsets=several)
+
+
 def test_bad_variables_and_goals_are_refused():
     with pytest.raises(ValueError, match="low must be below high"):
         exugear.Variable(40 * um, 0)
     with pytest.raises(ValueError, match="step must lie in"):
         exugear.Variable(0, 40 * um, step=1.0)
+    with pytest.raises(ValueError, match=r"within 1 m with unit='um'.*pass metres"):
+        exugear.Variable(0, 40, unit="um")
+    with pytest.raises(ValueError, match="share must lie in"):
+        AMOUNT.at(2.0)
+    with pytest.raises(ValueError, match="weight must not be 0 throughout"):
+        exugear.Goal("peak_to_peak", 350.0, weight=0.0)
     with pytest.raises(ValueError, match="measure must be one of"):
         exugear.Goal("noise", 350.0)
     with pytest.raises(ValueError, match="torque must be > 0"):

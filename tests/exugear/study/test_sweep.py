@@ -68,6 +68,58 @@ def test_a_sweep_of_which_all_cases_fail_stops():
     assert stop.value.data.sizes["case"] == 2
 
 
+ODD = {
+    "an array without dims": ([1.0, 2.0], r"must return a number.*got \[1.0, 2.0\]$"),
+    "nothing": ({}, r"must return a number.*got \{\}$"),
+    "the name of a value": ({"number": 1.0}, "names of the case"),
+}
+
+
+@pytest.mark.parametrize("what", ODD)
+def test_odd_results_are_failures_without_a_line_of_ours(what):
+    returned, words = ODD[what]
+    with pytest.raises(exugear.SweepStopped, match=words):
+        quiet_sweep(lambda number: returned, [{"number": 1}])
+
+
+def test_an_array_of_one_number_is_a_number():
+    assert quiet_sweep(lambda x: np.array(2 * x), [{"x": 1.5}])["result"].values.tolist() == [3.0]
+
+
+def test_results_of_different_names_are_told():
+    with pytest.warns(UserWarning, match="b in case 0; a in case 1|a in case 1; b in case 0"):
+        data = quiet_sweep(lambda x: {"a": x} if x < 2 else {"b": x}, [{"x": 1.0}, {"x": 2.0}])
+    assert data["a"].values == pytest.approx([1.0, np.nan], nan_ok=True)
+
+
+def test_a_function_that_changes_its_arguments_leaves_the_case_alone(tmp_path):
+    def longer(listed):
+        listed.append(0.0)
+        return float(len(listed))
+
+    cases = [{"listed": [1.0, 2.0]}]
+    for _ in range(2):
+        data = quiet_sweep(longer, cases, store=tmp_path)
+        assert data["listed"].values.tolist() == [[1.0, 2.0]]
+    assert len(list(tmp_path.glob("*.nc"))) == 1
+
+
+def test_rows_under_two_labels_are_cases_that_files_hold(tmp_path):
+    index = pd.MultiIndex.from_tuples([("fast", 1), ("slow", 2)])
+    data = quiet_sweep(studies.circle, pd.DataFrame({"radius": [1.0, 3.0]}, index=index))
+    assert data["case"].values.tolist() == ["fast, 1", "slow, 2"]
+    with pytest.raises(ValueError, match=r"columns of different names, \['radius'\] occur twice"):
+        quiet_sweep(studies.circle, pd.DataFrame([[1.0, 2.0]], columns=["radius", "radius"]))
+
+
+def test_the_line_of_a_failure_is_that_of_the_user():
+    def asks_for_a_wheel(z):
+        return fem.Gear(z=z, m_n=2 * mm, b=20 * mm).r
+
+    with pytest.raises(exugear.SweepStopped, match=r"\(test_sweep.py, line \d+\)"):
+        quiet_sweep(asks_for_a_wheel, [{"z": 0}])
+
+
 def test_cases_of_different_size_are_failures_beside_the_first_one():
     def walk(steps):
         return {"x": ("step", np.arange(steps))}

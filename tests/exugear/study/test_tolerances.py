@@ -65,6 +65,27 @@ def test_sobol_indices_are_those_of_the_function_of_ishigami():
     assert float(indices["result_variance"]) == pytest.approx(13.8446, rel=0.02)
 
 
+def test_a_truth_value_has_a_share_of_the_variance():
+    indices = exugear.sobol_indices(lambda a, b: bool(a > 0.1 * b), {"a": UNIFORM, "b": UNIFORM}, progress=False)
+    assert float(indices["result_first_order"].sel(parameter="a")) > 0.8
+
+
+REFUSED_BY_SOBOL = {
+    "tolerances must be two or more": (lambda a: a, {"a": UNIFORM}),
+    "function must return finite numbers, result is not in": (lambda a, b: np.inf if a > 0 else b, THREE),
+    "must have its parameters": (lambda a, b: a + b, {"a": scipy.stats.norm, "b": UNIFORM}),
+    "must be of one number": (lambda a, b: a + b, {"a": scipy.stats.norm([0, 1], 1), "b": UNIFORM}),
+}
+
+
+@pytest.mark.parametrize("words", REFUSED_BY_SOBOL)
+def test_sobol_indices_refuse_what_they_cannot_tell(words):
+    function, tolerances = REFUSED_BY_SOBOL[words]
+    two = {name: tolerances[name] for name in ("a", "b") if name in tolerances}
+    with pytest.raises(ValueError, match=words):
+        exugear.sobol_indices(function, two, number=16, progress=False)
+
+
 def test_bad_tolerances_are_refused():
     with pytest.raises(ValueError, match=r"scipy.stats, say .* got 1.0 for 'a'"):
         exugear.monte_carlo(studies.ishigami, {"a": 1.0}, progress=False)
