@@ -68,14 +68,15 @@ def gearbox_section(model: Model) -> Section:
 
 
 def _sections(run: Run, model: Model | None, loads: xr.Dataset | None) -> list[Section]:
-    """Sections of the report in the order of the page; what a model does not fit is refused first."""
+    """Sections of the report in the order of the page; what does not fit the run is refused first."""
     data = run.data
+    faces = [load_section(loads)] if loads is not None else []
     modal = [vibration(model, data)] if model else []
     return [
         *([gearbox_section(model)] if model else []),
         results(data),
         *set_sections(data),
-        *([load_section(loads)] if loads is not None else []),
+        *faces,
         *modal,
         inputs(data),
         assumptions(data),

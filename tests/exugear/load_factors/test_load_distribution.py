@@ -225,6 +225,7 @@ def test_stages_share_one_equilibrium():
     np.testing.assert_allclose(np.hypot(*forces[:2].T), np.hypot(*forces[4:].T)[::-1], rtol=2e-2)
 
 
+@pytest.mark.slow
 def test_the_contact_of_the_finite_elements_agrees_with_the_pair_that_lies_likewise():
     box = helical_box()
     data = exugear.load_distribution(box, 900.0, **COARSE)

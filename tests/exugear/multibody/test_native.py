@@ -16,6 +16,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 from bearing_boxes import box_of
+from numba import njit
 from paper_gears import paper_pair
 from scenes import INERTIA, smooth_box, smooth_map
 
@@ -32,6 +33,14 @@ SCENES = {
 }
 SYSTEM = sys.platform, platform.machine(), platform.python_implementation()
 needs_native = pytest.mark.skipif(SYSTEM != ("linux", "x86_64", "CPython"), reason="portable path only")
+
+
+@needs_native
+def test_exudyn_and_python_call_the_same_compiled_code():
+    kernel = njit(lambda address, t, *x: (t - x[0],))
+    assert direct_call.entry_of(kernel, 1, 1)
+    assert kernel(0, 3.0, 1.0, 2.0) == (2.0,)
+    assert len(kernel.overloads) == 1
 
 
 @pytest.fixture

@@ -18,8 +18,7 @@ def pair(pinion=(), wheel=(), beta: float = 0.0) -> fem.GearPair:
     return fem.GearPair(gear(23, beta, flank=pinion), gear(47, -beta, flank=wheel))
 
 
-@pytest.mark.parametrize("beta", [0.0, np.radians(20)])
-@pytest.mark.parametrize("turning", ["pinion", "wheel"])
+@pytest.mark.parametrize(("beta", "turning"), [(0.0, "pinion"), (np.radians(20), "wheel")])
 def test_waviness_is_continuous_along_the_generation(beta, turning):
     """Unloaded, the transmission error is the undulation, whichever tooth pair touches."""
     part = fem.Waviness(5, 2 * um, 0.4)

@@ -46,7 +46,8 @@ def relieved(C_a: float) -> fem.GearPair:
 
 
 @pytest.mark.parametrize(
-    ("C_a", "misalignment", "torque", "phases"), [(30 * um, 5e-5, 200, 24), (20 * um, 1e-4, 100, 30)]
+    ("C_a", "misalignment", "torque", "phases"),
+    [pytest.param(30 * um, 5e-5, 200, 24, marks=pytest.mark.slow), (20 * um, 1e-4, 100, 30)],
 )
 def test_stated_errors_of_a_relieved_misaligned_pair_hold(C_a, misalignment, torque, phases):
     """The phases' own range is 0.157 and 0.064 um too small; the true peak to peak is that of 240 phases."""
