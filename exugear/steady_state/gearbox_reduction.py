@@ -312,7 +312,6 @@ def check_reducible(model: Model) -> None:
     """
     kinds, carriers = model.plan.shafts, model.gearbox.carriers_of_pins
 
-
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         on_bearings = [shaft.name for shaft in stage.shafts if kinds[shaft.name].on_bearings]
         of_set = stage.carrier is not None and stage.carrier.name in carriers

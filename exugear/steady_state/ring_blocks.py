@@ -130,4 +130,3 @@ def largest_mobilities(rings: Sequence[PassedRing | None], blocks: RingBlocks, f
             part = slice(begin, begin + int(ring.record.modes))
             row[part] = np.abs(ring.table[..., 0]).max(axis=(0, 1)) ** 2 / blocks.masses[part]
     return mobilities
-
