@@ -33,7 +33,7 @@ import scipy
 from exugear.gearbox.beam import Beam, twist_shapes
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_secant
-from exugear.gearbox.modes_in_steps import added_in_steps
+from exugear.gearbox.modes_in_steps import additions_in_steps
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_loads import ExternalForce
 
@@ -107,7 +107,7 @@ class Torsion(NamedTuple):
             if held:
                 gears = len(shaft.stations)
                 against_end[:gears, gears if shaft.twist else 0] -= 1.0
-            for whole, added in zip((mass, damping), added_in_steps(*matrices, step), strict=True):
+            for whole, added in zip((mass, damping), additions_in_steps(*matrices, step), strict=True):
                 whole[free] = added @ against_end[free]
         return mass, damping
 
@@ -292,7 +292,7 @@ class ElasticShaft:
             for axial, bearing in self.shaft.bearings.items():
                 k = self.motion_at(axial).T @ bearing.stiffness @ self.motion_at(axial)
                 stiffness, damping = stiffness + k, damping + bearing.damping_time * k
-            decoupled[:] = added_in_steps(np.diag(self.inertia), stiffness, damping, step)
+            decoupled[:] = additions_in_steps(np.diag(self.inertia), stiffness, damping, step)
         of_torsion = self.torsion.added_in_steps(self.shaft, step, held=held)
         mass, damping = (self._matrix(*parts) for parts in zip(decoupled, of_torsion, strict=True))
         return mass, damping

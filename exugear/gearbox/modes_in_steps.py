@@ -42,7 +42,7 @@ def factors_in_steps(omega: np.ndarray, step: float) -> tuple[np.ndarray, np.nda
     return np.where(angle > 0, (omega * step) ** 2 / square, 1.0), 1 / rate_in_steps(angle)
 
 
-def added_in_steps(
+def additions_in_steps(
     mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, step: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """What to add to mass and damping (n, n) so that the modes of a system keep frequency and decay in steps [s].

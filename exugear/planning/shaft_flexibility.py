@@ -43,9 +43,9 @@ IDLE = 0.01
 NEARLY = 1.1
 #: Largest number of bending modes in each plane, and of modes of torsion, that is tried.
 MOST_MODES, MOST_TORSION = 8, 3
-#: Largest errors of reduction and step together, as above, at a tolerance of 1e-3; ratio of two steps that are tried,
-#: and the longest and the shortest of them [s].
-DTE_ERROR_IN_STEPS, BEARING_ERROR_IN_STEPS = (0.005, 0.008), (0.006, 0.013)
+#: Largest errors by the step of a run, as above, at a tolerance of 1e-3; ratio of two steps that are tried, and the
+#: longest and the shortest of them [s].
+DTE_ERROR_BY_STEP, BEARING_ERROR_BY_STEP = (0.003, 0.005), (0.005, 0.01)
 STEP_RATIO, LONGEST, SHORTEST = 1.05, 4e-5, 4e-6
 #: Phases at which the transmission error is sampled, at a share of the largest force of the map.
 PHASES, LOADED = 32, 0.5
@@ -123,11 +123,19 @@ class Excitation:
 
     def errors(self, reduced: ElasticShaft) -> Errors:
         """Errors of a reduction of the shaft beside its finite elements."""
-        return _errors(self.levels(reduced_response(self.shaft, reduced, self.omega)), self.of_beam)
+        return _errors(self._reduced(reduced), self.of_beam)
 
     def errors_by_step(self, reduced: ElasticShaft, step: float) -> Errors:
-        """Errors of a reduction in steps [s] of the fourth-order rule beside finite elements."""
-        return _errors(self.levels(reduced_response(self.shaft, reduced, self.omega, step)), self.of_beam)
+        """Errors of a reduction in steps [s] of the fourth-order rule, beside the same without them."""
+        return _errors(self._reduced(reduced, step), self._reduced(reduced))
+
+    def errors_in_steps(self, reduced: ElasticShaft, step: float) -> Errors:
+        """Errors of a reduction in steps [s] beside finite elements."""
+        return _errors(self._reduced(reduced, step), self.of_beam)
+
+    def _reduced(self, reduced: ElasticShaft, step: float | None = None) -> np.ndarray:
+        """`levels` by a reduction; step: of a run [s]."""
+        return self.levels(reduced_response(self.shaft, reduced, self.omega, step))
 
     def levels(self, response: Response) -> np.ndarray:
         """(1 + n_bearing, n_window) rms of the dynamic transmission error and of the bearing forces in windows."""
@@ -157,7 +165,7 @@ def step_of(excitations: Sequence[Excitation], reduced: ElasticShaft) -> float:
 
 
 def _small_by_step(errors: Errors) -> bool:
-    allowed = *DTE_ERROR_IN_STEPS, *BEARING_ERROR_IN_STEPS
+    allowed = *DTE_ERROR_BY_STEP, *BEARING_ERROR_BY_STEP
     return all(error < least for error, least in zip((*errors.dte, *errors.bearing), allowed, strict=True))
 
 
@@ -222,7 +230,10 @@ def _chosen(
     )
     words = shapes if spatial else f"elastic in torsion, {twist}"
     step = step_of(excitations, reduced)
-    told = f"; steps of at most {step:.3g} s for its bearing forces" if spatial and step < LONGEST else ""
+    told = ""
+    if spatial and step < LONGEST:
+        in_steps = np.max([excitation.errors_in_steps(reduced, step) for excitation in excitations], axis=0)
+        told = f"; in steps of at most {step:.3g} s {Errors(*map(tuple, in_steps.tolist()))}"
     return reduced, f"{words}: errors beside finite elements {errors}{larger}; if it were rigid {rigid}{told}", step
 
 

@@ -130,6 +130,15 @@ def test_a_run_with_the_chosen_coordinates_is_that_with_many_more(model):
     assert forces == pytest.approx(of_more, rel=0.02)
 
 
+def test_long_steps_keep_the_resonances_of_slender_shafts():
+    """Without masses and dampings for the step, 24 us are refused: shapes lie above 26 kHz."""
+    model = exugear.build(elastic_box(gears=(130 * mm,), length=300 * mm, d=40 * mm))
+    conditions = {"speed": (2530 * rpm, 2570 * rpm), "load": 150.0, "duration": 0.06}
+    long, short = (exugear.run_up(model, **conditions, step=step, **QUIET).data for step in (2.4e-5, 8e-6))
+    forces, of_short = (run["bearing_force"].sel(direction=["x", "y"]).std("time").values for run in (long, short))
+    assert forces == pytest.approx(of_short, rel=0.015)
+
+
 def test_the_plan_keeps_a_shaft_rigid_only_where_that_is_the_same():
     spinning, on_bearings = exugear.plan(elastic_train(bearings=False)), exugear.plan(elastic_box())
     assert "input" not in spinning.elastic
