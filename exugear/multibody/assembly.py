@@ -222,7 +222,8 @@ def _frame(gearbox: Gearbox, number: int, kinds: Sequence[str], *, spatial: bool
     )
     nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0, "gap": gap}
     if stage.carrier and stage.carrier.name not in gearbox.carriers_of_pins:
-        nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions)
+        centres = [shaft.centre for shaft in (stage.fast, stage.slow)]
+        nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions, centres)
     return frame_on(stage.pair, phase, direction, (pinion, wheel), **nominal)
 
 

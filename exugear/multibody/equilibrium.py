@@ -319,7 +319,8 @@ def _state_at(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[float, float, fl
         on_bodies[:, 5] -= turned
         beside[model.spins[stage.carrier.name]] = 0.0
         back = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
-        on_bodies[:, :2] += mesh.frame.fixed @ back - mesh.frame.fixed
+        for part, fixed in zip((slice(0, 2), slice(3, 5)), np.split(mesh.frame.fixed, 2, axis=1), strict=True):
+            on_bodies[:, part] += fixed @ back - fixed
     if is_spatial(mesh.frame):
         deflection, opening, phase = state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
         return deflection + beside @ q, opening, phase

@@ -22,6 +22,7 @@ from exugear.planning.sampling import listed_phases
 from exugear.planning.set_words import stages_of_sets, words_of_sets
 from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
+from fem.support.blas_threads import one_thread
 from fem.support.validation import require
 from fem.units import um
 
@@ -162,6 +163,12 @@ def plan(
     Returns a `Plan`: print it, pass it to `exugear.build`. Integrator, step and cost are known once the model is built.
     Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
     """
+    with one_thread():
+        return _plan(gearbox, load, loads, housing_modes)
+
+
+def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None, housing_modes: int | None) -> Plan:
+    """`plan`; its many small eigenproblems take up to 40 times longer on several threads of a machine at work."""
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
@@ -232,8 +239,10 @@ def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     """Coordinates that a shaft needs, and the reason."""
     on_carrier = shaft.name not in gearbox.planets and any(stage.carrier for stage in _stages_of(gearbox, shaft))
     tilted = on_carrier and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
-    fixed = f"shaft {shaft.name!r} is tilted, seen from planets that turn about it, which is not built yet"
-    require(not tilted, f"{fixed}; displace it by Placement(x=..., y=...) alone")
+    pins = tilted and any(x.carrier and x.carrier.name in gearbox.carriers_of_pins for x in _stages_of(gearbox, shaft))
+    fixed = f"shaft {shaft.name!r} is tilted, seen from planets on elastic pins that turn about it, which is not built"
+    remedy = "leave pin= out, or displace the shaft by Placement(x=..., y=...) alone"
+    require(not pins, f"{fixed}; {remedy}")
     if not shaft.bearings:
         on_pin = "it turns on an ideal pin, and its mass with the carrier"
         return Coordinates.SPIN, on_pin if shaft.name in gearbox.planets else "no bearings given: ideal ones"
