@@ -91,7 +91,7 @@ class FaceMesh:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A bearing between its shaft and a seat on the housing or on another shaft, or of a planet on its pin.
+    """A bearing between its shaft and a seat on ground, in the housing or on a shaft, or of a planet on its pin.
 
     rows    (5, n_coordinate) motion of one against the other, along the axes of the bearing
     axes    (5, 5) components along these axes by the global ones: of a pin along its radius and across
@@ -201,10 +201,10 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     for stage, face in zip(gearbox.stages, faces, strict=True):
         for (name, position), offset in zip(stage.ends, (0.0, face.offset), strict=True):
             points[name] += (position + face.axial - offset).tolist()
-    for pin in pins.values():
-        points[pin.carrier].append(pin.axial)
     for on, position in gearbox.between.values():
         points[on].append(position)
+    for pin in pins.values():
+        points[pin.carrier].append(pin.axial)
     statics = {shaft.name: static_shaft(shaft, points[shaft.name]) for shaft in gearbox.shafts}
     sizes = [static.free.size for static in statics.values()]
     first = dict(zip(statics, np.r_[0, np.cumsum(sizes)[:-1]].tolist(), strict=True))

@@ -152,10 +152,8 @@ def two_stages(version: str = "1.4", **changes) -> RexsData:
     ball |= {"outer_diameter": (72.0, "mm"), "dynamic_capacity": (29.0, "kN")}
     one_way = {"axial_force_absorption": ("no_direction", none)}
     fast = shaft("fast", (0.0, 0.0, 0.0), 100.0, rotational_speed=(1500.0, "1 / min"), defines_speed=(True, none))
-    middle, slow = (
-        shaft("middle", (0.0, 75.0, 0.0), 100.0),
-        shaft("slow", (50.0, 0.0, 0.0) if coaxial else (0.0, 75.0, 100.0), 100.0),
-    )
+    middle = shaft("middle", (0.0, 75.0, 0.0), 100.0)
+    slow = shaft("slow", (50.0, 0.0, 0.0) if coaxial else (0.0, 75.0, 100.0), 100.0)
     gears = [
         gear(fast, (30.0, 0.0, 0.0), 25, 2.0, 15.0, changes.pop("x", 0.0), 20.0, 30.0),
         gear(middle, (30.0, 75.0, 0.0), 47, 2.0, -15.0, 0.0, 20.0, 30.0),
