@@ -78,7 +78,10 @@ class ToothPairs:
     def __post_init__(self):
         for name in ("pitch_1", "pitch_2", "coupling", "increments"):
             set_fields(self, **{name: np.array(getattr(self, name), float)})
-        none = {"moments": np.zeros_like(self.increments), "moment_coupling": np.zeros((3, *self.coupling.shape))}
+        none: dict[str, Any] = {
+            "moments": np.zeros_like(self.increments),
+            "moment_coupling": np.zeros((3, *self.coupling.shape)),
+        }
         of_gears = [len(set(x[x >= 0].tolist())) for x in map(np.asarray, (self.variant_1, self.variant_2))]
         none["meeting"] = np.full(of_gears, -1.0)
         for name, values in none.items():
@@ -94,7 +97,7 @@ class ToothPairs:
         """The tooth pairs at fixed offsets; increments linear between their values."""
         axes = self.single.offsets
         shape = *(axis.size for axis in axes.values()), len(self.increments) // self.blocks
-        reduced: dict[str, Any] = {}
+        reduced: dict[str, np.ndarray] = {}
         for name in ("increments", "moments"):
             values = getattr(self, name)
             values = values.reshape(*shape, *values.shape[1:])
@@ -102,7 +105,8 @@ class ToothPairs:
                 if axis in offsets:
                     values = scipy.interpolate.interp1d(at, values, axis=i, fill_value="extrapolate")(offsets[axis])
             reduced[name] = values.reshape(-1, *values.shape[-2:])
-        return replace(self, single=self.single._at(offsets, None), **reduced)
+        single = self.single._at(offsets, None)
+        return replace(self, single=single, increments=reduced["increments"], moments=reduced["moments"])
 
     @property
     def proud(self) -> float:
@@ -119,7 +123,11 @@ class ToothPairs:
     def without_deviations(self) -> "ToothPairs":
         """Tooth pairs that are all alike."""
         none = {f"pitch_{i}": np.zeros(1) for i in (1, 2)} | {f"variant_{i}": np.full(1, -1) for i in (1, 2)}
-        empty = {"increments": self.increments[:0], "moments": self.moments[:0], "meeting": np.zeros((0, 0))}
+        empty: dict[str, Any] = {
+            "increments": self.increments[:0],
+            "moments": self.moments[:0],
+            "meeting": np.zeros((0, 0)),
+        }
         return replace(self, **none, **empty)
 
     def table(self) -> np.record:
