@@ -46,7 +46,7 @@ def orders_of(values) -> np.ndarray:
 
 
 def test_a_tooth_fault_of_a_planet_has_the_side_bands_of_the_closed_form():
-    """Lines at n z_ring / z_planet +- 1 of the carrier in the sensor, n z_ring / z_planet in the sun's torque.
+    """Lines at n z_ring / z_planet +- 1 of the carrier in the sensor; none in the torque, whose sum the load holds.
 
     A tooth that stands back by d while two equally stiff tooth pairs touch shifts its mesh by d / 2 over two pitches,
     twice in a turn of the planet, at the sun and at the ring. Of three planets on meshes of the stiffness k its force
@@ -69,8 +69,7 @@ def test_a_tooth_fault_of_a_planet_has_the_side_bands_of_the_closed_form():
     beside_others = orders_of(forces[1] - (forces[3] + forces[5]) / 2)
     assert beside_others[n * per_turn] == pytest.approx(1.5 * force, rel=0.02, abs=0.015 * force.max())
     torque = orders_of(forces[::2].sum(axis=0))[1:90]
-    of_planets = np.arange(1, 90) % per_turn == 0
-    assert torque[~of_planets].max() < 0.02 * torque[of_planets].max()
+    assert torque.max() < 0.05 * force.max()
 
 
 @pytest.mark.parametrize("planar", [False, True])
