@@ -29,6 +29,7 @@ from exugear.gearbox.stage import NEAR, Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from fem.gear.gear import Gear
+from fem.microgeometry.flank import names_teeth
 from fem.pair.pair import GearPair
 from fem.ste.map_without_ring_modes import without_ring_modes
 from fem.ste.ste_map import pair_of
@@ -201,7 +202,7 @@ class Planetary:
     @property
     def stepped(self) -> bool:
         """Whether the planets mesh with the ring by another gear than with the sun."""
-        return self.sun_pair.wheel != self.ring_pair.pinion
+        return without_flanks(self.sun_pair.wheel) != without_flanks(self.ring_pair.pinion)
 
     @property
     def words(self) -> list[str]:
@@ -289,6 +290,18 @@ class Planetary:
         steps = "step_angle and tooth belong to stepped planets, here the same gear meshes with sun and ring"
         given = self.tooth is not None or bool(np.any(self.step_angle))
         require(self.stepped or not given, f"{steps}; leave them out")
+        self._check_numbers()
+
+    def _check_numbers(self) -> None:
+        """ValueError where a planet has the same tooth by its number in both meshes, which see it from either side."""
+        at_sun, at_ring = (getattr(x, "drive_flank", ()) for x in (self.sun_pair.wheel, self.ring_pair.pinion))
+        if self.stepped or at_sun != at_ring or not names_teeth(at_sun):
+            return
+        z = self.sun_pair.wheel.z
+        reverse = [part.taken_from(0, -1, z) if hasattr(part, "taken_from") else part for part in at_sun]
+        sides = "teeth of the planet count from the other side in ring_mesh: tooth k of sun_mesh is tooth -k there"
+        remedy = "map ring_mesh of a planet whose deviations are counted so, OnTooth(-k % z, ...)"
+        require(all(part in at_sun for part in reverse), f"{sides}, but both meshes have the same flanks; {remedy}")
 
     def _check_room(self) -> None:
         """ValueError where tip circles of planets overlap."""
@@ -398,6 +411,11 @@ class Planetary:
         first = {"phase": self.phase}
         of_sun = {"axial_position": self.axial_position}
         return stages_of_planets(maps, ends, self.carrier, first=first, of_sun=of_sun)
+
+
+def without_flanks(gear) -> Any:
+    """A gear without modifications and deviations."""
+    return replace(gear, flank=()) if isinstance(gear, Gear) else gear
 
 
 class MapsOfPlanets(NamedTuple):

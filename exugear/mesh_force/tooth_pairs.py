@@ -1,7 +1,7 @@
 """Tooth pairs of which a force law over a long period is composed: as data, from their map, and as packed arrays."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil, nan, prod
 from typing import Any
 
@@ -22,6 +22,11 @@ STEPS, INCREMENT_LOADS = 128, 33
 LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
 #: Unloaded deflection of a single tooth pair up to which it is on the path of contact [m].
 TOUCHING = 1e-6
+
+
+def _absent() -> np.ndarray:
+    """Stands for arrays that are not given: no moments, and no increments that meet."""
+    return np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,19 +71,22 @@ class ToothPairs:
     turn: float
     error: float = nan
     error_rms: float = nan
-    moments: np.ndarray | None = None
-    moment_coupling: np.ndarray | None = None
-    meeting: np.ndarray | None = None
+    moments: np.ndarray = field(default_factory=_absent)
+    moment_coupling: np.ndarray = field(default_factory=_absent)
+    meeting: np.ndarray = field(default_factory=_absent)
 
     def __post_init__(self):
         for name in ("pitch_1", "pitch_2", "coupling", "increments"):
             set_fields(self, **{name: np.array(getattr(self, name), float)})
-        none = {"moments": np.zeros_like(self.increments), "moment_coupling": np.zeros((3, *self.coupling.shape))}
+        none: dict[str, Any] = {
+            "moments": np.zeros_like(self.increments),
+            "moment_coupling": np.zeros((3, *self.coupling.shape)),
+        }
         of_gears = [len(set(x[x >= 0].tolist())) for x in map(np.asarray, (self.variant_1, self.variant_2))]
         none["meeting"] = np.full(of_gears, -1.0)
         for name, values in none.items():
             given = getattr(self, name)
-            set_fields(self, **{name: values if given is None else np.array(given, float)})
+            set_fields(self, **{name: values if np.size(given) == 0 else np.array(given, float)})
 
     @property
     def blocks(self) -> int:
@@ -89,7 +97,7 @@ class ToothPairs:
         """The tooth pairs at fixed offsets; increments linear between their values."""
         axes = self.single.offsets
         shape = *(axis.size for axis in axes.values()), len(self.increments) // self.blocks
-        reduced = {}
+        reduced: dict[str, np.ndarray] = {}
         for name in ("increments", "moments"):
             values = getattr(self, name)
             values = values.reshape(*shape, *values.shape[1:])
@@ -97,7 +105,8 @@ class ToothPairs:
                 if axis in offsets:
                     values = scipy.interpolate.interp1d(at, values, axis=i, fill_value="extrapolate")(offsets[axis])
             reduced[name] = values.reshape(-1, *values.shape[-2:])
-        return replace(self, single=self.single._at(offsets, None), **reduced)
+        single = self.single._at(offsets, None)
+        return replace(self, single=single, increments=reduced["increments"], moments=reduced["moments"])
 
     @property
     def proud(self) -> float:
@@ -114,7 +123,11 @@ class ToothPairs:
     def without_deviations(self) -> "ToothPairs":
         """Tooth pairs that are all alike."""
         none = {f"pitch_{i}": np.zeros(1) for i in (1, 2)} | {f"variant_{i}": np.full(1, -1) for i in (1, 2)}
-        empty = {"increments": self.increments[:0], "moments": self.moments[:0], "meeting": np.zeros((0, 0))}
+        empty: dict[str, Any] = {
+            "increments": self.increments[:0],
+            "moments": self.moments[:0],
+            "meeting": np.zeros((0, 0)),
+        }
         return replace(self, **none, **empty)
 
     def table(self) -> np.record:

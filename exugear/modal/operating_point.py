@@ -9,7 +9,7 @@ from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.model import Model, linearized
 from exugear.operation.conditions import conditions_at_rest
-from exugear.planning.mirrored_flanks import warn_of_mirrored
+from exugear.planning.mirrored_flanks import remedy_of, warn_of_mirrored
 
 
 @contextmanager
@@ -28,7 +28,7 @@ def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str =
         with applied(model, conditions):
             solve_initial_equilibrium(model, conditions)
             forces = mesh_forces(model.gearbox, loads)
-            warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces)
+            warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces, remedy=remedy_of(model.plan))
             if drive == "free":
                 for number in model.drives:
                     model.mbs.SetObjectParameter(number, "activeConnector", False)

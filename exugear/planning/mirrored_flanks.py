@@ -12,6 +12,7 @@ LAWS, MAP_BOTH = (
     "coast flanks act as mirror images of the driving flanks",
     "map torques < 0 too: torque=[-350, -150, 0, 150, 350]",
 )
+COMPOSED = "give laws of tooth pairs coast=fem.tooth_pair_map(fem.mirror_image(pair), ...)"
 
 
 def warn_of_mirrored(
@@ -38,3 +39,8 @@ def warn_of_mirrored(
     ]
     if parts:
         warn_user(f"{what} in {'; '.join(parts)}; {remedy}")
+
+
+def remedy_of(plan) -> str:
+    """What gives the stages of `Plan.mirrored` a law of their coast flanks."""
+    return COMPOSED if any(plan.laws[label].teeth is not None for label in plan.mirrored) else MAP_BOTH

@@ -31,9 +31,14 @@ ROUNDING = 1e-9
 UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
 NO_BACKLASH = "no backlash, coast flanks touch as soon as the teeth part; give GearPair(a=...) or Stage(backlash=...)"
 COAST_MAPPED = "coast flank by the torques < 0 of the map"
+COAST_OF_PAIRS = "coast flank by the tooth pairs of the mirror image"
 COAST_MIRRORED = (
     "coast flank taken as mirror image of the driving flank, which it is not, as {}; map torques < 0 too, say "
     "fem.static_transmission_error(pair, [-350, -150, 0, 150, 350])"
+)
+COAST_COMPOSED = (
+    "coast flank taken as mirror image of the driving flank, which it is not, as {}; where torque reverses, give the "
+    "law coast=fem.tooth_pair_map(fem.mirror_image(pair), ...)"
 )
 RAMP = "assumed to ramp in over {:.3g} um of penetration (damping_ramp=), which moves jumps where teeth part"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
@@ -117,8 +122,12 @@ class Plan:
         lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
         lines += [f"{name}: {text}" for texts in (self.bearings, self.losses) for name, text in texts.items()]
         lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
-        lines += [f"{label}: {COAST_MAPPED}" for label, law in self.laws.items() if law.coast is not None]
-        lines += [f"{label}: {COAST_MIRRORED.format(reason)}" for label, reason in self.mirrored.items()]
+        for label, law in self.laws.items():
+            if law.coast is not None:
+                lines.append(f"{label}: {COAST_MAPPED if law.coast.teeth is None else COAST_OF_PAIRS}")
+        for label, reason in self.mirrored.items():
+            coast = COAST_MIRRORED if self.laws[label].teeth is None else COAST_COMPOSED
+            lines.append(f"{label}: {coast.format(reason)}")
         lines += [UNDAMPED] * self.undamped
         for label, law in self.laws.items():
             if law.jumps.size:

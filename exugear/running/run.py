@@ -26,7 +26,7 @@ from exugear.operation.conditions import Conditions, conditions_of, run_up_condi
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.planning.integrator_and_step import Rule
-from exugear.planning.mirrored_flanks import warn_of_mirrored
+from exugear.planning.mirrored_flanks import remedy_of, warn_of_mirrored
 from exugear.running.energy_balance import EnergyBalance, energy_balance
 from exugear.running.joined_parts import Parts, parts_of
 from exugear.running.part_integration import check_parts
@@ -250,7 +250,8 @@ def _solved(
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
     run = Run(data, wall_time, scheme.steps.size)
-    warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, data["mesh_force"].values)
+    remedy = remedy_of(model.plan)
+    warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, data["mesh_force"].values, remedy=remedy)
     if stop:
         raise _stopped(stop, run) from None
     return run

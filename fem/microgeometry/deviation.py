@@ -75,10 +75,17 @@ class PitchDeviation:
     @classmethod
     @checked
     def missing(cls, z: int, teeth: Numbers) -> "PitchDeviation":
-        """Teeth of |z| that are broken off: 1 mm of material is removed from them, more than any contact bridges."""
+        """Teeth of |z| that are broken off: 1 mm of material is removed from them, more than any contact bridges.
+
+        teeth   their numbers, 0 to |z| - 1
+
+        Raises ValueError for teeth that do not exist.
+        """
         broken = np.atleast_1d(numbers("teeth", teeth))
         whole = bool((broken % 1 == 0).all())
         require(whole, f"teeth must be whole numbers, counted from tooth 0, got {teeth}; pass teeth=[3]")
+        exist = bool((np.abs(broken) < abs(z)).all())
+        require(exist, f"teeth must be among {abs(z)} teeth, 0 to {abs(z) - 1}, got {teeth}")
         values = np.zeros(abs(z))
         values[broken.astype(int) % abs(z)] = 1 * mm
         return cls(tuple(values.tolist()))

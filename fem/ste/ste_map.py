@@ -149,6 +149,9 @@ def check(data: xr.Dataset) -> xr.Dataset:
 
     Raises ValueError for missing names, NaN, axes that do not increase, phases outside [0, 1).
     """
+    alone = "a map of tooth pairs (fem.tooth_pair_map) is no STE map"
+    remedy = "compose the law, exugear.MeshForce.from_tooth_pairs(pairs), and pass it with the pair"
+    require(data.attrs.get("title") != "tooth pairs", f"{alone}; {remedy}")
     missing = [name for name in (TE, TORQUE, PHASE) if name not in data.variables]
     require(not missing, f"an STE map has the variables te, torque and phase; missing: {missing}")
     _check_kinds(data)

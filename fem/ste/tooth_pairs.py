@@ -13,6 +13,7 @@ and moves their load along the face: its moment couples with the loads of the ne
 gear have it, as spalls, what the tooth pairs of both have beside the sum of increments is solved as well.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -134,7 +135,8 @@ def tooth_pair_map(
     torque      largest pinion torque of the law [N m]
     offsets     as in `static_transmission_error`; of the angles the misalignment alone may be an axis
     checks      number of random phases of the period at which the contact of all tooth pairs is solved, too, under
-                three torques: the law states its error against them
+                three torques: the law states its error against them. Where few teeth have more than a pitch deviation,
+                half of them are where these are in mesh
     resolution, executor, progress
                 as in `static_transmission_error`
 
@@ -166,7 +168,8 @@ def tooth_pair_map(
     position        of the tooth pair on the path of contact, in pitches from the pitch point
     parts           attribute: positions of the ends of the path and of kinks, between which te is smooth
 
-    Raises ValueError for bad input, RuntimeError if a contact does not converge.
+    Raises ValueError for bad input, and where so many teeth are missing that contact would have to bridge more pitches
+    than tooth pairs are known for; RuntimeError if a contact does not converge.
     """
     offsets = Offsets() if offsets is None else offsets
     values = offsets.values(pair)
@@ -184,6 +187,7 @@ def tooth_pair_map(
     bodies, slices = compliances_of(pair, model.offsets, model.resolution)
     nominal = SinglePair(replace(model, pair=alike), bodies, slices, force * np.append(0.0, LOADS))
     parts = within_reach(nominal, parts_of_path(alike, float(values["a"].min())))
+    _check_missing(pair, float(parts[-1] - parts[0]))
     with shown(progress):
         position = knots(parts, HELICAL_KNOTS if pair.beta_b else KNOTS)
         states = _solved(nominal, position, executor, "single tooth pairs")
@@ -193,22 +197,52 @@ def tooth_pair_map(
         solver = IncrementSolver(nominal, parts, executor, {})
         increments = [_increments(solver, pair, number) for number in range(2)]
         meeting = _meeting(solver, pair, increments)
-        whole = _whole_contacts(replace(nominal, model=model, forces=force * CHECKED_LOADS), checks)
+        whole = _whole_contacts(replace(nominal, model=model, forces=force * CHECKED_LOADS), checks, increments)
     data = _labelled(pair, nominal, axes, parts, position, states, coupling, increments, meeting)
     data["te_check"] = ("torque_check", "phase_check"), whole[1], {"units": "m"}
     return data.assign_coords(torque_check=largest * CHECKED_LOADS, phase_check=whole[0])
 
 
-def _whole_contacts(single: SinglePair, checks: int) -> tuple[np.ndarray, np.ndarray]:
+def _check_missing(pair: GearPair, reach: float) -> None:
+    """ValueError where teeth are missing one beside another, so that no tooth pair within reach [pitches] touches."""
+    period = lcm(pair.pinion.z, abs(pair.wheel.z))
+    broken = [_pitch(gear) > MISSING for gear in _gears(pair)]
+    number = np.arange(period)
+    whole = np.flatnonzero(~(broken[0][-number % pair.pinion.z] | broken[1][number % abs(pair.wheel.z)]))
+    missing = [f"{np.flatnonzero(x).tolist()} of the {name}" for x, name in zip(broken, GEARS, strict=True) if x.any()]
+    gap = float(np.diff(whole, append=whole[0] + period).max()) if whole.size else float(period)
+    far = f"teeth {' and '.join(missing)} are missing: others would have to bridge {gap:g} pitches"
+    require(gap <= reach, f"{far}, but touch over {reach:.3g}; the gears do not run on like this")
+
+
+def _whole_contacts(single: SinglePair, checks: int, increments: list["Increments"]) -> tuple[np.ndarray, np.ndarray]:
     """Random phases (n,) of the period, and te (n_load, n) [m] of the contact of all tooth pairs."""
     require(checks >= 0, f"checks must be a number of phases >= 0, got {checks}")
     pair = single.model.pair
-    phase = np.sort(np.random.default_rng(0).uniform(0, lcm(pair.pinion.z, abs(pair.wheel.z)), checks))
+    z, random = (pair.pinion.z, abs(pair.wheel.z)), np.random.default_rng(0)
+    period = lcm(*z)
+    phase = random.uniform(0, period, checks)
+    # tooth i of the pinion is in mesh about phase -i, tooth i of the wheel about phase i
+    near = [
+        (sign * i, n)
+        for sign, n, x in zip((-1, 1), z, increments, strict=True)
+        for i in np.flatnonzero(x.variant_of >= 0)
+    ]
+    if near and 2 * len(near) < sum(z):
+        for i in range(checks // 2):
+            tooth, n = near[i % len(near)]
+            phase[i] = (tooth + n * random.integers(period // n) + random.uniform(-0.6, 0.6)) % period
+    phase = np.sort(phase)
     a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
     te = np.zeros((single.forces.size, checks))
     for i, at in enumerate(phase):
         te[:, i] = single.of(MeshPosition(pair, a, axial, float(at)))[0, :, 0]
     return phase, te
+
+
+def _pitch(gear: Gear) -> np.ndarray:
+    """(z,) pitch deviations of the teeth of a gear [m]."""
+    return sum((np.array(part.values) for part in pitch_deviations(gear.drive_flank)), np.zeros(abs(gear.z)))
 
 
 def _gears(pair: GearPair) -> tuple[Gear, Gear]:
@@ -370,13 +404,13 @@ class IncrementSolver:
         first, last = self.parts[0], self.parts[-1]
         return first + np.arange(ceil((last - first) * INCREMENT_STEPS) + 1) / INCREMENT_STEPS
 
-    def of(self, pinion, wheel, what: str) -> np.ndarray:
+    def of(self, flanks: Sequence, what: str) -> np.ndarray:
         """(2, ...) changes by further modifications of both teeth, as in `Increments`.
 
         They are solved at positions that suit the kinks of these teeth, and interpolated at evenly spaced ones.
         """
         model, parts = self.nominal.model, self.parts
-        with_teeth = _with_flanks(model.pair, pinion, wheel)
+        with_teeth = _with_flanks(model.pair, *flanks)
         of_teeth = parts_of_path(with_teeth, float(model.offsets["a"].min()))
         of_teeth = np.concatenate([parts[:1], of_teeth[1:-1], parts[-1:]])
         at = knots(of_teeth, INCREMENT_KNOTS if of_teeth.size == parts.size else KINKED_KNOTS)
@@ -405,7 +439,7 @@ def _increments(solver: IncrementSolver, pair: GearPair, number: int) -> Increme
     values = []
     for i, flank in enumerate(variants):
         flanks = [flank if n == number else bare[n] for n in range(2)]
-        values.append(solver.of(*flanks, f"{GEARS[number]}, tooth {list(variant_of).index(i)}"))
+        values.append(solver.of(flanks, f"{GEARS[number]}, tooth {list(variant_of).index(i)}"))
     return Increments(variant_of, solver.loads, solver.position, _stacked(solver, values), variants)
 
 
@@ -436,7 +470,7 @@ def _meeting(solver: IncrementSolver, pair: GearPair, increments: list[Increment
     if len(meeting) > MOST_MEETING:
         return number, _stacked(solver, [])
     for n, (i, j) in enumerate(meeting):
-        both = solver.of(pinion.flanks[i], wheel.flanks[j], f"increments {i} and {j} of both gears")
+        both = solver.of((pinion.flanks[i], wheel.flanks[j]), f"increments {i} and {j} of both gears")
         values.append(both - pinion.values[:, i] - wheel.values[:, j])
         number[i, j] = n
     return number, _stacked(solver, values)
@@ -472,10 +506,7 @@ def _labelled(pair, nominal, axes, parts, position, states, coupling, increments
         data[f"meeting_{what}"] = changes("meeting", values)
         units[f"meeting_{what}"] = unit
     for name, gear, of_gear in zip(GEARS, _gears(pair), increments, strict=True):
-        turned = np.zeros(abs(gear.z))
-        for part in pitch_deviations(gear.drive_flank):
-            turned += np.array(part.values)
-        data[f"{name}_pitch"] = f"{name}_tooth", turned
+        data[f"{name}_pitch"] = f"{name}_tooth", _pitch(gear)
         data[f"{name}_variant_of"] = f"{name}_tooth", of_gear.variant_of
         for what, values in zip(("increment", "moment"), of_gear.values, strict=True):
             data[f"{name}_{what}"] = changes(f"{name}_variant", values)

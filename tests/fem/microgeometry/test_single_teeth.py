@@ -76,6 +76,10 @@ def missing() -> tuple:
     return fem.PitchDeviation.missing(23, [0]), fem.PitchDeviation([0.0] * 23)
 
 
+def missing_teeth(*teeth: int) -> fem.PitchDeviation:
+    return fem.PitchDeviation.missing(23, teeth)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -91,6 +95,9 @@ def missing() -> tuple:
         (lambda: fem.crack(gear(), lost=1.0), r"lost must lie in \(0, 1\)"),
         (lambda: fem.crack(thin_ring_pair().wheel, lost=0.5), "gear must be external"),
         (lambda: fem.PitchDeviation.missing(23, [0.5]), "teeth must be whole numbers"),
+        (lambda: fem.PitchDeviation.missing(23, [23]), "teeth must be among 23 teeth, 0 to 22, got .23."),
+        (lambda: fem.tooth_pair_map(pair(missing_teeth(3, 4)), 10.0), r"3, 4. of the pinion are missing.* 3 pitches"),
+        (lambda: fem.tooth_pair_map(pair(missing_teeth(*range(23))), 10.0), "are missing: others would have to bridge"),
         (lambda: fem.tooth_pair_map(pair(), 0.0), "torque must be > 0 N m"),
         (lambda: fem.tooth_pair_map(pair(), 10.0, checks=-1), "checks must be a number of phases >= 0"),
     ],
