@@ -58,7 +58,8 @@ def draw(path: Path, gears, correlation, nominal) -> None:
         places = np.arange(len(TOLERANCES)) + 0.25 * (TORQUES.index(torque) - 1)
         figure.axes[1].barh(places, correlation["peak_to_peak"].sel(torque=torque), 0.22, color=colour)
     figure.axes[0].set(xlabel="peak to peak of the STE [µm], dotted: nominal", ylabel="pairs")
-    figure.axes[0].legend(frameon=False)
+    figure.axes[0].margins(y=0.2)  # above the distributions
+    figure.axes[0].legend(ncols=3, loc="upper center", framealpha=1, edgecolor="none")
     names = [name.replace("_", " ") for name in TOLERANCES]
     figure.axes[1].set_yticks(range(len(names)), names)
     figure.axes[1].set(xlabel="rank correlation with the peak to peak")

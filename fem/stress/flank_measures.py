@@ -72,7 +72,7 @@ def flank_measures(
                     "hertz_pressure", "peak_pressure", "line_load", "tip_contact": the largest over the mesh cycle,
                     "contact_ratio", "K_H_beta", "K_H_alpha", "root_stress" (over `gear` too)
     phases, offsets, resolution   as for `fem.static_transmission_error`; load factors and root stress resolve the
-                    contact along the profile, also where the resolution is `fem.Slices`
+                    contact along the profile, also where the resolution is `fem.Slices`, which "peak_pressure" refuses
     harmonics       number of mesh harmonics
     root_density    of the solids for the root stress
 
@@ -84,6 +84,8 @@ def flank_measures(
     """
     largest = np.atleast_1d(np.asarray(torque, float))
     require(bool(largest.size and largest[0] > 0), f"torque must be > 0 N m, a load case each, got {torque}")
+    edges = "resolution must be a fem.Resolution for peak_pressure, fem.Slices have no edges; take hertz_pressure"
+    require("peak_pressure" not in measures or not isinstance(resolution, Slices), edges)
     options: dict[str, Any] = {"executor": executor, "progress": progress}
     ste = static_transmission_error(pair, torque, phases, offsets=offsets, resolution=resolution, **options)
     data = {name: _of_map(ste, name, harmonics) for name in measures if name in OF_MAP}

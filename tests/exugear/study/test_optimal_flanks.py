@@ -116,7 +116,7 @@ def test_tolerances_make_the_objective_a_percentile(amount):
 
 def test_a_modification_that_removes_the_contact_is_no_optimum():
     """A crowning of 0.9 mm leaves a point in the middle of the face."""
-    result = best_of({"crowning": exugear.Variable(0, 900 * um, unit="um")}, exugear.Goal("peak_pressure", 20.0))
+    result = best_of({"crowning": exugear.Variable(0, 900 * um, unit="um")}, exugear.Goal("hertz_pressure", 20.0))
     assert result.values["crowning"] < 20 * um
 
 
@@ -126,6 +126,10 @@ def test_a_modification_that_removes_the_contact_is_no_optimum():
         ({"variables": {"C_b": AMOUNT}}, "flanks must take the variables by name"),
         ({"variables": {}}, "variables must map names to exugear.Variable"),
         ({"combine": "mean"}, "combine must be one of"),
+        (
+            {"goals": exugear.Goal("peak_pressure", 350.0), "resolution": FAST},
+            "must be a fem.Resolution for peak_press",
+        ),
         ({"method": "BFGS"}, "method must be one of"),
         ({"goals": [AT_350, AT_350]}, "goals must differ"),
         ({"goals": exugear.Goal("dte", 350.0, speed=(0, 300.0))}, "gearbox must be given"),
@@ -199,6 +203,20 @@ def test_vibration_over_the_speed_is_a_goal():
         result = best_of(variables, goal, gearbox=gearbox)
         assert result.goals[goal.label] < 0.5 * result.unmodified[goal.label]
         assert 8 * um <= result.values["C_a"] <= 20 * um
+
+
+@pytest.mark.slow
+def test_root_stress_is_a_goal():
+    """Relief of 20 um raises it by a sixth; up to 10 um the largest root stress stays."""
+    variables = {"C_a": exugear.Variable(0, 20 * um, step=10 * um, unit="um")}
+    goal = exugear.Goal("root_stress", 350.0, weight=1e-8)
+    result = best_of(variables, goal, phases=4)
+    assert result.at_bounds == {"C_a": "lower bound 0 um"}
+    options = {"resolution": FAST, "progress": False}
+    alone = fem.flank_measures(result.pair, 350.0, ["root_stress"], 4, **options)["root_stress"]
+    assert result.goals[goal.label] == pytest.approx(float(alone.max()), rel=1e-12)
+    landscape = result.landscape("C_a", points=3).values
+    assert landscape[2] > 1.1 * landscape[0]
 
 
 @pytest.mark.slow
