@@ -186,7 +186,9 @@ def _reduced_mesh(
 
 
 def exciting_stages(model: Model, stages: Sequence[int], idle: Sequence[str]) -> list[int]:
-    """Numbers of stages, followed by those that share a mesh frequency with them; ValueError where one is idle.
+    """Numbers of stages, followed by those that share a mesh frequency with them.
+
+    Raises ValueError where one is idle, or turns as a block.
 
     idle   labels of the stages whose meshes carry nothing: they do not excite
     """
@@ -194,13 +196,16 @@ def exciting_stages(model: Model, stages: Sequence[int], idle: Sequence[str]) ->
     unloaded = [labels[stage] for stage in stages if labels[stage] in idle]
     remedy = "load the shafts behind it, loads={shaft: torque}, or choose another stage"
     require(not unloaded, f"stage {', '.join(unloaded)} is idle under these loads, its teeth are open; {remedy}")
+    standing = [labels[stage] for stage in stages if frequencies[stage] < ROUNDING * frequencies.max(initial=1.0)]
+    block = f"the teeth of stage {', '.join(standing)} stand in their mesh at these speeds, its members turn as a block"
+    require(not standing, f"{block}; choose another stage, or other speeds of the gearbox")
     shared = np.isclose(frequencies[:, None], frequencies[[*stages]], ROUNDING, 0.0).any(axis=1)
     further = [int(number) for number in np.flatnonzero(shared) if labels[number] not in idle]
     return [*stages, *(number for number in further if number not in stages)]
 
 
 def common_period(model: Model, stages: Sequence[int]) -> list[int]:
-    """Numbers of mesh cycles of stages in their shortest common period, in which their laws repeat, too.
+    """Numbers of mesh cycles of stages in their shortest common period, in which laws and elastic rings repeat, too.
 
     Raises ValueError where it takes more than `LONGEST_PERIOD` cycles of the first of them.
     """
@@ -210,7 +215,9 @@ def common_period(model: Model, stages: Sequence[int]) -> list[int]:
     periods = [ratio.denominator * (n // gcd(n, ratio.numerator)) for ratio, n in zip(ratios, pitches, strict=True)]
     period = lcm(*periods)
     common = period <= LONGEST_PERIOD and np.allclose([float(ratio) for ratio in ratios], cycles, ROUNDING, 0.0)
-    shorter = f"stage must hold stages with a common period of at most {LONGEST_PERIOD} mesh cycles"
+    free = [*model.gearbox.independent]
+    ratio = f" at these speeds of {free}" if len(free) > 1 else ""
+    shorter = f"stage must hold stages with a common period of at most {LONGEST_PERIOD} mesh cycles{ratio}"
     several = f", which repeat over {pitches} pitches" if max(pitches) > 1 else ""
     remedy = "take fewer of them at a time" + (", laws over fewer pitches, rings without modes" if several else "")
     require(common, f"{shorter}, got {[*stages]}{several}; {remedy}, or exugear.run_up over a slow ramp")
@@ -311,7 +318,6 @@ def check_reducible(model: Model) -> None:
     would change their direction.
     """
     kinds, carriers = model.plan.shafts, model.gearbox.carriers_of_pins
-
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         on_bearings = [shaft.name for shaft in stage.shafts if kinds[shaft.name].on_bearings]
         of_set = stage.carrier is not None and stage.carrier.name in carriers

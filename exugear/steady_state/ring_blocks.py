@@ -25,7 +25,7 @@ class RingBlocks:
     """The modes of all elastic rings of a gearbox, m blocks.
 
     damping_rate, frequency   (m,) real part, < 0 [1/s], and imaginary part [rad/s] of the eigenvalues
-    masses                    (m,) of the scaled amplitudes [kg]: these are displacements of the flank where it is largest
+    masses                    (m,) of scaled amplitudes [kg]: the displacements of the flank where it moves most
     stiffness                 (m,) likewise [N/m]
     indices                   (m,) of the amplitudes among the coordinates of the gearbox
     scale                     (m,) scaled amplitudes over amplitudes
@@ -61,8 +61,9 @@ def ring_blocks(rings: Iterable[tuple[ElasticRing, np.ndarray]]) -> RingBlocks:
     Raises ValueError for modes that do not oscillate.
     """
     parts = [_blocks_of(elastic, indices) for elastic, indices in rings]
-    joined = [np.concatenate(columns) for columns in zip(*parts, strict=True)] if parts else [np.zeros(0)] * 6
-    return RingBlocks(*joined[:4], joined[4].astype(int), joined[5])
+    none = (*[np.zeros(0)] * 4, np.zeros(0, int), np.zeros(0))
+    damping_rate, frequency, masses, stiffness, indices, scale = map(np.concatenate, zip(none, *parts, strict=True))
+    return RingBlocks(damping_rate, frequency, masses, stiffness, indices, scale)
 
 
 def _blocks_of(elastic: ElasticRing, indices: np.ndarray) -> tuple[np.ndarray, ...]:
