@@ -31,7 +31,7 @@ from exugear.gearbox.housing import PER_SEAT, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
-from exugear.gearbox.static_offsets import displacement_at, stage_offsets
+from exugear.gearbox.static_offsets import placed_on, stage_offsets
 from exugear.gearbox.static_shaft import AXIAL, SPIN, StaticShaft, static_shaft
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.planning.coordinates import pose
@@ -274,11 +274,10 @@ def _gap_by_displacement(gearbox: Gearbox, face: FaceMesh) -> float:
     stage = face.stage
     if stage.carrier is None:
         return 0.0
-    shafts, gap = {shaft.name: shaft for shaft in _gears(stage)}, 0.0
+    shafts, gap, positions = {shaft.name: shaft for shaft in _gears(stage)}, 0.0, gearbox.shaft_positions
     for (name, axial), row in _rows_at(gearbox, face, 0.0).items():
-        displaced = [shafts[name]] + ([gearbox.planets[name]] if name in gearbox.planets else [])
-        moved = np.sum([displacement_at(shaft, axial) for shaft in displaced], axis=0)
-        gap -= float(row @ np.r_[moved, shafts[name].offset.tilt_x, shafts[name].offset.tilt_y, 0.0])
+        point, tilts = placed_on(shafts[name], gearbox.planets.get(name), axial, positions)
+        gap -= float(row @ np.r_[point - np.array([*positions[name], axial]), tilts, 0.0])
     return gap
 
 
