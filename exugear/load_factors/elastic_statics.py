@@ -212,7 +212,7 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     supports = []
     if housing:
         moves = n_shafts + np.flatnonzero(housing.over_six.ravel())
-        stiffness[np.ix_(moves, moves)], free[moves] = housing.stiffness, True
+        stiffness[np.ix_(moves, moves)], free[moves] = housing.seat_stiffness, True
     held = {*gearbox.independent, *gearbox.held}
     for shaft in gearbox.shafts:
         static, part = statics[shaft.name], slice(first[shaft.name], first[shaft.name] + statics[shaft.name].free.size)

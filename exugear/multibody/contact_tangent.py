@@ -24,7 +24,7 @@ import numpy as np
 
 from exugear.contact.recorder import HEADER
 from exugear.contact.reference_configuration import turns_forces
-from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPATIAL, SPIN, velocity_by_vector
+from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPIN, velocity_by_vector
 from exugear.mesh_force.kernel_records import address_of, changed
 from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, BY_PHASE, DAMPING, FORCE, law_slopes
 from exugear.multibody.integrator_steps import HELD, NOTED, OUT_OF_MESH
@@ -38,8 +38,8 @@ TOUCHING = 1e-9
 AHEAD = 1e-8
 #: Mesh frequency [Hz] below which the change over the phase is left out of Newton's matrix.
 SLOWEST = 1.0
-#: Displacements of the bodies of a model among those of an Rxyz body.
-COMPONENTS = {SPIN: [5], PLANAR: [0, 1, 5], SPATIAL: [*range(6)]}
+#: Displacements of bodies that do not move in space among those of an Rxyz body.
+COMPONENTS = {SPIN: [5], PLANAR: [0, 1, 5]}
 #: Relative step of the held numbers where friction depends on them.
 HELD_STEP = 1e-6
 #: Backlash [m] with which the flank of a held contact stays the same.
@@ -209,7 +209,7 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
 def _by_bearings(state: np.record, kinds: tuple[str, ...], n: int) -> np.ndarray:
     """(n,) factors of the velocities by which bearings let the rate of the advance lag."""
     lags = state.pinion_lag, state.wheel_lag, np.zeros(6)
-    of_bodies = np.concatenate([lag[COMPONENTS[kind]] for kind, lag in zip(kinds, lags, strict=False)])
+    of_bodies = np.concatenate([lag[COMPONENTS.get(kind, range(6))] for kind, lag in zip(kinds, lags, strict=False)])
     return np.append(of_bodies, np.zeros(n - of_bodies.size))
 
 
