@@ -71,7 +71,8 @@ class DeformableGear:
         matrix = (stiffness(self.solid) + sp.diags_array(diagonal)).tocsr()
         if self.springs is not None:
             matrix = (matrix + self.springs.T @ self.springs).tocsr()
-        solve_free = factorize(matrix[self.free][:, self.free], self.columns[self.free // dim] if dim == 3 else None)
+        blocks = self.columns[self.free // dim] if dim == 3 else None
+        solve_free = factorize(matrix[self.free][:, self.free], blocks)
 
         def solve(force: np.ndarray) -> np.ndarray:
             u = np.zeros((self.solid.positions.size, force[0, 0].size))
@@ -206,13 +207,24 @@ def discretized(
     held = (section_mesh.on_hub(gear, section) & (not gear.support))[columns]
     free = np.flatnonzero(~clamped(gear, held, solid.positions.T, element.dim, face).T)
     toothless = abs(gear.z) - len(section_mesh.toothed_pitches(gear, density))
-    springs = alternating(rim_springs(gear, section, gear.support)) if gear.support else None
+    springs = springs_across(rim_springs(gear, section, gear.support), stacks, width, face) if gear.support else None
     return DeformableGear(face, solid, columns, free, flanks, toothless, springs)
 
 
-def alternating(springs: sp.csr_matrix) -> sp.csr_matrix:
-    """Springs over (x, y) of each dof, from those over x of all dofs, then y."""
-    return sp.csr_matrix(springs[:, np.arange(springs.shape[1]).reshape(2, -1).T.ravel()])
+def springs_across(springs: sp.csr_matrix, stacks: np.ndarray, width: WidthQuadrature, face: Face) -> sp.csr_matrix:
+    """Springs over (x, y) or (x, y, z) of each dof, from those over x of all dofs of the section, then y.
+
+    They act on the mean across the face width: the rim may warp and contract along its axis, as in a map. On the
+    modelled part of the face their stiffness is its share.
+    """
+    n, dim = stacks.shape[0], 2 if stacks.shape[1] == 1 else 3
+    mean = width.weights @ width.shapes / width.weights.sum()
+    coo, parts = springs.tocoo(), []
+    component, dof = np.divmod(coo.col, n)
+    for line, share in zip(stacks.T, mean, strict=True):
+        columns = dim * line[dof] + component
+        parts.append(sp.csr_matrix((share * coo.data, (coo.row, columns)), (springs.shape[0], dim * stacks.size)))
+    return sp.csr_matrix(np.sqrt(face.share) * sum(parts)) if dim == 3 else parts[0]
 
 
 def section_dofs(section: Basis, positions: np.ndarray, twist: float) -> np.ndarray:
