@@ -93,8 +93,8 @@ def test_a_reduced_wall_is_the_housing_of_a_gearbox():
     data = exugear.load_distribution(box, 200.0, mesh_stiffness=15e9)
     assert float(abs(data["seat_displacement"]).max()) > 0
     text = str(exugear.plan(box))
-    assert "housing: static stiffness between 2 seats" in text
-    assert "its mass is left out" in text
+    assert exugear.plan(box).elastic_housing.modes > 0
+    assert "static stiffness alone" in text
     assert "stand on ground" in text
 
 
