@@ -120,8 +120,8 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    further = pins, tuple(further_drives), elastics, rings, located_seats(mbs, seats)
-    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further)
+    further = pins, tuple(further_drives), elastics, rings
+    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further, seats=located_seats(mbs, seats))
     hold_members(system)
     return linearized(system, gearbox.independent)
 

@@ -1,7 +1,7 @@
 """The built model: a gearbox as an assembled Exudyn system, with what follows from its linear equations."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
@@ -123,7 +123,7 @@ class BuiltSystem:
     further_drives: tuple[int, ...]
     elastics: Mapping[str, BuiltShaft]
     rings: Mapping[str, BuiltRing]
-    seats: MovingSeats | None
+    seats: MovingSeats | None = field(default=None, kw_only=True)
 
     @property
     def drives(self) -> tuple[int, ...]:
@@ -279,7 +279,7 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     )
     per_torque = force_per_torque(box, held)
     meshes = tuple(_mesh(system, train, i, imposed, per_torque) for i in range(len(system.contacts)))
-    built = {field.name: getattr(system, field.name) for field in fields(BuiltSystem)}
+    built = {x.name: getattr(system, x.name) for x in fields(BuiltSystem)}
     return Model(**built, plan=plan, meshes=meshes)
 
 
@@ -359,7 +359,7 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
     if built.stage.slow.name in system.rings:
         amplitudes = system.rings[built.stage.slow.name].indices
         holding = holding - forces_on_bodies[:, amplitudes] @ accelerations[amplitudes] / mobility
-    of_stage = {field.name: getattr(built, field.name) for field in fields(BuiltMesh)} | {"row": train.rows[i]}
+    of_stage = {x.name: getattr(built, x.name) for x in fields(BuiltMesh)} | {"row": train.rows[i]}
     return Mesh(
         **of_stage,
         mobility=mobility,

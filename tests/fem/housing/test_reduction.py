@@ -84,7 +84,7 @@ def test_seats_of_a_common_wall_move_each_other():
 
 def test_a_reduced_wall_is_the_housing_of_a_gearbox():
     housing = exugear.Housing.from_reduction(wall(), [("fast", 0.0), ("slow", 0.0)], damping_time=1e-5)
-    np.testing.assert_allclose(housing.stiffness, wall().seat_stiffness, rtol=1e-9)
+    np.testing.assert_allclose(housing.seat_stiffness, wall().seat_stiffness, rtol=1e-9)
     gear = fem.Gear(z=50, m_n=3 * mm, b=20 * mm, d_bore=30 * mm)
     ball = exugear.Bearing(radial=3e8, axial=1e8)
     shafts = [exugear.Shaft(name, {0.0: ball, 40 * mm: gear, 80 * mm: ball}) for name in ("fast", "slow")]
@@ -93,8 +93,8 @@ def test_a_reduced_wall_is_the_housing_of_a_gearbox():
     data = exugear.load_distribution(box, 200.0, mesh_stiffness=15e9)
     assert float(abs(data["seat_displacement"]).max()) > 0
     text = str(exugear.plan(box))
-    assert "housing: static stiffness between 2 seats" in text
-    assert "its mass is left out" in text
+    assert exugear.plan(box).elastic_housing.modes > 0
+    assert "static stiffness alone" in text
     assert "stand on ground" in text
 
 
