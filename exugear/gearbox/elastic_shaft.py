@@ -101,14 +101,15 @@ class Torsion(NamedTuple):
         The modes are then those against the end, whose motion nothing changes.
         """
         mass, damping = np.zeros_like(self.mass), np.zeros_like(self.mass)
-        *matrices, free = self.with_end(shaft, held=held)
+        of_mass, of_stiffness, of_damping, free = self.with_end(shaft, held=held)
         if free.size:
             against_end = np.eye(len(mass))
             if held:
                 gears = len(shaft.stations)
                 against_end[:gears, gears if shaft.twist else 0] -= 1.0
-            for whole, added in zip((mass, damping), additions_in_steps(*matrices, step), strict=True):
-                whole[free] = added @ against_end[free]
+            added = additions_in_steps(of_mass, of_stiffness, of_damping, step)
+            for whole, further in zip((mass, damping), added, strict=True):
+                whole[free] = further @ against_end[free]
         return mass, damping
 
 

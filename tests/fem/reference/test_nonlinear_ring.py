@@ -138,9 +138,9 @@ def test_nonlinear_statics_in_space_confirm_a_rim_on_bolts():
     pair, torque, phases = thin_ring_pair(bolted()), 40.0, [0.0, 0.3]
     force, pitch = torque / pair.pinion.r_b, 2 * np.pi / abs(pair.wheel.z)
     density = Density(flank=8, fillet=1, tooth=1, rim=1, body=2, width=2, teeth=2, behind=1)
-    space, plane = (static_problem(pair, density, element) for element in (ElementHex2(), ElementQuad2()))
+    space, plane = (problem_of(pair, density, element) for element in (ElementHex2(), ElementQuad2()))
     te = plane_te(pair, torque, phases)
-    te += [equilibrium(space, phase, force).te - equilibrium(plane, phase, force).te for phase in phases]
+    te += [balanced(space, phase, force).te - balanced(plane, phase, force).te for phase in phases]
     options = {"stations": 2, "progress": False}
     ste = [fem.load_distribution(pair, torque, [x], ring_angle=x * pitch, **options)["te"].values[0, 0] for x in phases]
     assert np.array(ste) == pytest.approx(te, rel=5e-3)
@@ -150,4 +150,4 @@ def test_helical_rings_on_supports_are_refused_in_space():
     helical = helical_ring_pair()
     pair = fem.GearPair(helical.pinion, replace(helical.wheel, support=bolted()))
     with pytest.raises(ValueError, match="must be spur with equal halves"):
-        static_transmission_error(pair, 40.0, 2, element=ElementHex1(), progress=False)
+        fem.nonlinear.static_transmission_error(pair, 40.0, 2, element=ElementHex1(), progress=False)
