@@ -49,9 +49,6 @@ FORCE_TABLE = record_type(
     ("steps_in_pitch", "f8"),
     ("teeth", "i8"),
 )
-#: The same head for kernels of a law that is not composed: by the field that it lacks compiled code leaves out all
-#: that composes (`exugear.mesh_force.potential`).
-ALIKE_TABLE = record_type(*((name, FORCE_TABLE[name]) for name in FORCE_TABLE.names or () if name != "teeth"))
 #: Head of what a law is composed of, whose teeth differ: numbers of teeth; position [pitches] at which the table of a
 #: single tooth pair begins, and up to which it reaches; numbers of couplings by distance and position, of increments,
 #: and of their loads; position at which couplings begin, and their steps in a pitch; the same of increments, and the
@@ -105,12 +102,6 @@ def table_type(
         *([("coast", coast)] if coast is not None else []),
         *([("teeth", teeth)] if teeth is not None else []),
     )
-
-
-def is_composed(table: np.record) -> bool:
-    """Whether the law of a whole table, or that of its coast flank, is composed of those of single tooth pairs."""
-    of_coast = "coast" in (table.dtype.names or ()) and table["coast"]["head"]["teeth"] != 0
-    return bool(table["head"]["teeth"] != 0 or of_coast)
 
 
 def start_of_field(kind: np.dtype, name: str) -> int:
