@@ -3,16 +3,11 @@
 import os
 import sys
 
-from measured_rows import measured, pytest_addoption, pytest_terminal_summary
-from paper_gears import paper_pair
-
-# Workers share the cores: one thread of BLAS for each.
-if "PYTEST_XDIST_WORKER" in os.environ:
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import matplotlib
 import pytest
 from hypothesis import settings
+from measured_rows import measured, pytest_addoption, pytest_terminal_summary
+from paper_gears import paper_pair
 
 import fem
 from fem.support import cache
@@ -23,6 +18,12 @@ matplotlib.use("Agg")
 # The same cases every time, however slow the machine.
 settings.register_profile("everyday", derandomize=True, deadline=None)
 settings.load_profile("everyday")
+
+
+def pytest_configure(config) -> None:
+    """Give each worker one thread of BLAS, as they share the cores: here, as they begin with numpy imported."""
+    if config.getoption("numprocesses", default=None):
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -61,7 +61,7 @@ TAKEN = {
         ),
         "string",
     ),
-    **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
+    **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases", "Model.seats"), "None"),
     **dict.fromkeys(
         (
             "SpeedReached.shaft",

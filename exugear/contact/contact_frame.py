@@ -65,25 +65,44 @@ class GearBody:
 
 def frame_between(pair, phase: float, direction: int, bodies: tuple[GearBody, GearBody]) -> np.record:
     """The contact frame of a pair on two bodies; ValueError where the bodies do not fit the pair."""
-    upright = any(body.kind < RXYZ for body in bodies)
-    z = E_Z if upright else bodies[0].direction
+    z = E_Z if _is_upright(bodies) else bodies[0].direction
     bodies = bodies[0].along(z), bodies[1].along(z)
     _check_parallel(*bodies)
-    global_z = bool(bodies[0].direction @ E_Z > np.cos(LARGEST_SKEW))
-    axes = np.eye(3) if global_z else bodies[0].gear_axes
-    reference, axial = [_in_frame(axes, body) for body in bodies], [body.axial for body in bodies]
-    check_distance(pair, reference_line(axial, reference))
+    axes = _axes_of_contact(bodies)
+    check_distance(pair, reference_line([body.axial for body in bodies], [_in_frame(axes, body) for body in bodies]))
+    return frame_on(pair, phase, direction, bodies)
+
+
+def frame_on(pair, phase: float, direction: int, bodies: tuple[GearBody, GearBody], **values) -> np.record:
+    """The contact frame of a pair on two bodies, wherever they stand.
+
+    values   fields of the frame as of the pair's nominal positions, instead of those of the bodies' positions
+    """
+    axes, axial = _axes_of_contact(bodies), [body.axial for body in bodies]
+    reference = [_in_frame(axes, body) for body in bodies]
+    global_z = bool((axes == np.eye(3)).all())
     if global_z and all(body.kind <= RXYZ and body.axis[2] == 1 for body in bodies):
-        return spatial_frame(pair, phase, direction, axial, reference)
+        return spatial_frame(pair, phase, direction, axial, reference, **values)
     between = bodies[1].reference[:3] - bodies[0].reference[:3]
     mesh_axes = np.array(axes_without_spin(tuple(map(tuple, bodies[0].gear_axes))))
+    upright = _is_upright(bodies)
     in_mesh = reference if upright else [_in_frame(mesh_axes, body, bodies[0].reference) for body in bodies]
-    frame = spatial_frame(pair, phase, direction, axial, in_mesh)
+    frame = spatial_frame(pair, phase, direction, axial, in_mesh, **values)
     gears = zip((frame.pinion, frame.wheel), bodies, reference, strict=True)
     pinion, wheel = (_on_body(gear, body, coordinates[3:]) for gear, body, coordinates in gears)
     counted = all(body.counts_turns for body in bodies)
     base_pitch = 0.0 if counted else 2 * pi * pair.pinion.r_b / pair.pinion.z
     return changed(frame, axes=axes, between=between, pinion=pinion, wheel=wheel, base_pitch=base_pitch)
+
+
+def _is_upright(bodies: tuple[GearBody, GearBody]) -> bool:
+    """Whether a body turns about global z, which is then the axis of the contact."""
+    return any(body.kind < RXYZ for body in bodies)
+
+
+def _axes_of_contact(bodies: tuple[GearBody, GearBody]) -> np.ndarray:
+    """(3, 3) axes of the contact as columns: the global ones, or those of the pinion where it does not lie along z."""
+    return np.eye(3) if bodies[0].direction @ E_Z > np.cos(LARGEST_SKEW) else bodies[0].gear_axes
 
 
 def _on_body(gear: np.record, body: GearBody, angles: np.ndarray) -> np.record:

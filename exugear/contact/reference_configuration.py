@@ -37,7 +37,8 @@ GEAR = record_type(
 #: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], up to whole multiples of
 #: which attitudes tell the advance; axes: of a rotated contact frame (columns), 0 where it is the global frame;
 #: between: from the pinion's body to the wheel's [m], along the global axes; fixed: displacements (x, y) of the axes of
-#: pinion and wheel from that of their carrier [m], which stand in the housing while the carrier turns, 0 of planets;
+#: pinion and wheel from that of their carrier [m] and their tilts about x and y [rad], which stand in the housing while
+#: the carrier turns, 0 of planets;
 #: gap: of the driving flanks where they should touch, by a tooth that is thinner than those of other planets [m];
 #: modes: number of coordinates of an elastic ring behind those of the bodies, ring: address of its
 #: `exugear.contact.elastic_ring.RING`, 0 without.
@@ -54,7 +55,7 @@ CONTACT_FRAME = record_type(
     ("base_pitch", "f8"),
     ("axes", "f8", (3, 3)),
     ("between", "f8", 3),
-    ("fixed", "f8", (2, 2)),
+    ("fixed", "f8", (2, 4)),
     ("gap", "f8"),
     ("modes", "i8"),
     ("ring", "i8"),

@@ -126,10 +126,16 @@ def radial_reaction(points, damping, x, y, u, v):
     return -(gradient[0] + damping * (xx * u + xy * v)), -(gradient[1] + damping * (xy * u + yy * v))
 
 
-def rolling_reaction(bearing: RollingBearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
-    """(n, 3) forces [N] of a rolling bearing on its shaft, at displacements q (n, 5 or 6) and rates q_t of a pole."""
+def rolling_reaction(
+    bearing: RollingBearing, lever: float, q: np.ndarray, q_t: np.ndarray, components: int = 3
+) -> np.ndarray:
+    """(n, components) forces [N] and moments [N m] of a rolling bearing on its shaft.
+
+    At displacements q (n, 5 or 6) and rates q_t of a pole.
+    """
     _, gradient, hessian = response(bearing.law_of_runs, lever, q)
-    return -gradient[:, :3] - bearing.damping_time * np.einsum("nij,nj->ni", hessian[:, :3], q_t)
+    damping = bearing.damping_time * np.einsum("nij,nj->ni", hessian[:, :components], q_t)
+    return -gradient[:, :components] - damping
 
 
 def _blocks(q: np.ndarray) -> list[np.ndarray]:

@@ -19,12 +19,13 @@ from exugear.gearbox.gear_train import (
     traverse,
     traverse_shafts,
 )
-from exugear.gearbox.housing import Housing, check_seats
+from exugear.gearbox.housing import Housing, Seat, check_seats
 from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
 from exugear.gearbox.planetary_phases import ring_phase
+from exugear.gearbox.seats_on_shafts import checked_seats
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
@@ -57,6 +58,9 @@ class Gearbox:
     driven      shaft that carries the load of `run_up`, or its name: by default the last stage's slow shaft, of a set
                 its carrier, or its ring where the carrier is held or drives
     housing     `exugear.Housing` on whose seats bearings stand; by default it is rigid
+    between     bearings whose outer rings another coaxial shaft carries, say of an idler gear: name of the shaft and
+                axial position [m] of the bearing -> the same on the shaft that carries its seat, such as
+                between={("idler", 0.01): ("main", 0.05)}
 
     Derived from them, by the name of the shaft or in the order of the stages:
 
@@ -87,6 +91,7 @@ class Gearbox:
     driving: Shaft = field(default=DERIVED, kw_only=True)
     driven: Shaft = field(default=DERIVED, kw_only=True)
     housing: Housing | None = field(default=None, kw_only=True)
+    between: Mapping[Seat, Seat] = field(default_factory=dict, kw_only=True)
     sets: tuple[Planetary, ...] = field(init=False, repr=False)
     ratios: dict[str, float] = field(init=False, repr=False)
     motions: np.ndarray = field(init=False, repr=False)
@@ -115,6 +120,9 @@ class Gearbox:
         self._check_housing()
         self._place_shafts()
         self._check_loads()
+        by_name = {shaft.name: shaft for shaft in self.shafts}
+        seats = checked_seats(self.between, self.stages, by_name, self.shaft_positions, self.housing)
+        object.__setattr__(self, "between", seats)
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, f"{ends}, or name driving= and driven=")
         object.__setattr__(self, "flank_senses", self._senses_of_flanks())

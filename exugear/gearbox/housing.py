@@ -43,10 +43,12 @@ class Housing:
 
     seats          (name of the shaft, axial position of its bearing [m]) of n seats
     stiffness      (6 n, 6 n) over x, y, z and rotations about x, y, z of each seat, in the axes of the gearbox [N/m, N,
-                   N m]; or (3 n, 3 n) over x, y, z, where seats are rigid against rotation
-    mass           (6 n, 6 n) or (3 n, 3 n) mass of a reduced model over the same coordinates [kg, kg m, kg m^2]; kept
-                   with the data, but runs take the housing as static stiffness
+                   N m]; or (3 n, 3 n) over x, y, z, where seats are rigid against rotation; or (6 n + m, 6 n + m) of a
+                   reduced model with m amplitudes of modes behind the seats (Craig & Bampton)
+    mass           of the same shape, mass of a reduced model over the same coordinates [kg, kg m, kg m^2]: with it the
+                   housing vibrates in runs and modes where the plan finds that it matters
     damping_time   damping of the housing over its stiffness [s]
+    damping_ratio  of the modes of the housing on its mounts, beside it; needs a mass
 
     Bearings without a seat stand on ground. Raises ValueError for matrices that are not symmetric or not positive
     definite: a housing that is not mounted has no static stiffness.
@@ -56,20 +58,30 @@ class Housing:
     stiffness: Any
     mass: Any = field(default=None, kw_only=True)
     damping_time: Finite = field(default=0.0, kw_only=True)
+    damping_ratio: Finite = field(default=0.0, kw_only=True)
 
     def __post_init__(self):
         object.__setattr__(self, "seats", _seats_of(self.seats))
         object.__setattr__(self, "stiffness", self._matrix("stiffness", self.stiffness))
         if self.mass is not None:
             object.__setattr__(self, "mass", self._matrix("mass", self.mass))
+            shapes = f"mass must be of the shape {self.stiffness.shape} of the stiffness, got {self.mass.shape}"
+            require(self.mass.shape == self.stiffness.shape, shapes)
+        light = "damping_ratio is that of the modes of the housing, which need mass=; or pass damping_time="
+        require(self.mass is not None or not self.damping_ratio, light)
+        low = f"damping_ratio must lie in [0, 0.5), got {self.damping_ratio:g}; 2 % are 0.02"
+        require(0 <= self.damping_ratio < 0.5, low)
         late = f"damping_time must lie in [0, {SLOW:g}) s, got {self.damping_time:g}; pass damping / stiffness"
         require(0 <= self.damping_time < SLOW, late)
 
     def _matrix(self, name: str, values: object) -> np.ndarray:
         n, matrix = len(self.seats), np.array(numbers(name, values))
         sizes = 3 * n, PER_SEAT * n
-        square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] and matrix.shape[0] in sizes
-        shapes = f"{name} must be ({sizes[1]}, {sizes[1]}) or ({sizes[0]}, {sizes[0]}) for {n} seats"
+        square = matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1]
+        square = square and (matrix.shape[0] == sizes[0] or matrix.shape[0] >= sizes[1])
+        shapes = (
+            f"{name} must be ({sizes[1]}, {sizes[1]}) or ({sizes[0]}, {sizes[0]}) for {n} seats, or larger by modes"
+        )
         require(square, f"{shapes}, got {matrix.shape}")
         require_finite(name, matrix)
         diagonal = np.diagonal(matrix)
@@ -91,7 +103,13 @@ class Housing:
     @classmethod
     @checked
     def from_file(
-        cls, path: FilePath, seats: Sequence[Seat], *, mass: FilePath | None = None, damping_time: Finite = 0.0
+        cls,
+        path: FilePath,
+        seats: Sequence[Seat],
+        *,
+        mass: FilePath | None = None,
+        damping_time: Finite = 0.0,
+        damping_ratio: Finite = 0.0,
     ) -> "Housing":
         """The housing of a file of another code, reduced to its seats.
 
@@ -108,28 +126,55 @@ class Housing:
                 names = {name: stored[name] for name in stored.files}
             k, m = (next((names[x] for x in pair if x in names), None) for pair in (("stiffness", "K"), ("mass", "M")))
             require(k is not None, f"path must hold 'stiffness' or 'K', {file.name} has {[*names]}")
-            return cls(seats, k, mass=m, damping_time=damping_time)
+            return cls(seats, k, mass=m, damping_time=damping_time, damping_ratio=damping_ratio)
         require(file.suffix == ".mtx", f"path must end in .npz or .mtx, got {file.name}")
         matrices = [None if each is None else _matrix_market(Path(each)) for each in (file, mass)]
-        return cls(seats, matrices[0], mass=matrices[1], damping_time=damping_time)
+        return cls(seats, matrices[0], mass=matrices[1], damping_time=damping_time, damping_ratio=damping_ratio)
 
     @classmethod
     @checked
-    def from_reduction(cls, reduced: ReducedHousing, seats: Sequence[Seat], *, damping_time: Finite = 0.0) -> "Housing":
+    def from_reduction(
+        cls,
+        reduced: ReducedHousing,
+        seats: Sequence[Seat],
+        *,
+        damping_time: Finite = 0.0,
+        damping_ratio: Finite = 0.0,
+    ) -> "Housing":
         """The housing of a mesh that `fem.reduce_housing` reduced.
 
         seats   (name of the shaft, axial position [m]) in the order of the reduction; its axes are those of the gearbox
 
-        Its mass is that by the static shapes of the seats. Raises ValueError as the class.
+        With its modes: it vibrates in runs where the plan finds that it matters. Raises ValueError as the class.
         """
-        return cls(seats, reduced.seat_stiffness, mass=reduced.seat_mass, damping_time=damping_time)
+        damping = {"damping_time": damping_time, "damping_ratio": damping_ratio}
+        return cls(seats, reduced.stiffness, mass=reduced.mass, **damping)
 
     @property
     def over_six(self) -> np.ndarray:
         """(n, 6) whether each coordinate of each seat moves: without rotations where only x, y, z are given."""
         moves = np.ones((len(self.seats), PER_SEAT), bool)
-        moves[:, 3:] = len(self.stiffness) == PER_SEAT * len(self.seats)
+        moves[:, 3:] = len(self.stiffness) >= PER_SEAT * len(self.seats)
         return moves
+
+    @property
+    def modes(self) -> int:
+        """Number of amplitudes of modes behind the coordinates of the seats."""
+        return len(self.stiffness) - int(self.over_six.sum())
+
+    @cached_property
+    def seat_stiffness(self) -> np.ndarray:
+        """Static stiffness between the seats alone, (6 n, 6 n) or (3 n, 3 n)."""
+        n, k = int(self.over_six.sum()), self.stiffness
+        return k[:n, :n] - k[:n, n:] @ np.linalg.solve(k[n:, n:], k[n:, :n])
+
+    @property
+    def seat_rows(self) -> np.ndarray:
+        """(6 n, n_coordinate) motion of the seats by the coordinates of the matrices."""
+        moves = np.flatnonzero(self.over_six.ravel())
+        rows = np.zeros((PER_SEAT * len(self.seats), len(self.stiffness)))
+        rows[moves, np.arange(moves.size)] = 1.0
+        return rows
 
 
 def seat_number(housing: Housing | None, shaft: str, axial: float) -> int | None:
@@ -190,7 +235,7 @@ class SeatCoupling:
     def seat_motion(self) -> np.ndarray:
         """(6 n, 6 n) motion of the seats by that of the shafts."""
         moves, motion = np.flatnonzero(self.housing.over_six.ravel()), np.zeros_like(self.bearings)
-        total = self.bearings[np.ix_(moves, moves)] + self.housing.stiffness
+        total = self.bearings[np.ix_(moves, moves)] + self.housing.seat_stiffness
         motion[moves] = np.linalg.solve(total, self.bearings[moves])
         return motion
 
@@ -203,7 +248,7 @@ class SeatCoupling:
     def of_housing(self) -> np.ndarray:
         """(6 n, 6 n) stiffness of the housing by the motion of the shafts."""
         moves = np.flatnonzero(self.housing.over_six.ravel())
-        return self.seat_motion[moves].T @ self.housing.stiffness @ self.seat_motion[moves]
+        return self.seat_motion[moves].T @ self.housing.seat_stiffness @ self.seat_motion[moves]
 
     @cached_property
     def stiffness(self) -> np.ndarray:
@@ -219,19 +264,13 @@ class SeatCoupling:
 
 
 def seat_coupling(housing: Housing, shafts: Sequence[Shaft], moving: Sequence[str]) -> SeatCoupling:
-    """The bearings of shafts on a housing; moving: names of the shafts that move on their bearings.
-
-    ValueError for bearings that are not linear.
-    """
+    """The linear bearings of shafts on a housing; moving: names of the shafts that move on their bearings."""
     by_name, n = {shaft.name: shaft for shaft in shafts}, len(housing.seats)
     stiffness, damping = np.zeros((PER_SEAT * n, PER_SEAT * n)), np.zeros((PER_SEAT * n, PER_SEAT * n))
     for i, seat in enumerate(housing.seats):
         if seat[0] not in moving:
             continue
         bearing = bearing_on(by_name, seat)
-        unlike = f"bearing {seat_label(seat)} is not linear: runs on a housing take linear bearings"
-        secant = "its stiffness under the load is RollingBearing.under(...).linear; load_distribution takes any bearing"
-        require(isinstance(bearing, Bearing) and bearing.linear, f"{unlike}; {secant}")
         part = slice(PER_SEAT * i, PER_SEAT * (i + 1))
         stiffness[part, part] = bearing.stiffness
         damping[part, part] = bearing.damping_time * bearing.stiffness

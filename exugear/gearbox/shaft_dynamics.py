@@ -1,7 +1,7 @@
 """Static displacement of a shaft, and forces, energies and losses as functions of its motion, for arrays of samples."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,6 +45,7 @@ class ShaftMotion:
     twists, twist_rates
                   (n, n_torsion) coordinates of its torsion, and their rates
     beside        (n_torsion, n_torsion) mass over these coordinates beside the inertias of the shaft and its rotors
+    seats         axial position of each bearing on a seat that moves -> motion (n, 6) of the seat and its rate
     """
 
     spin: np.ndarray
@@ -57,6 +58,42 @@ class ShaftMotion:
     twists: np.ndarray | None = None
     twist_rates: np.ndarray | None = None
     beside: np.ndarray | None = None
+    seats: Mapping[float, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+
+    def in_bearing(self, shaft: Shaft, axial: float) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 5) motion of the shaft against the seat of a bearing, and its rate."""
+        q, q_t = np.asarray(self.q), np.asarray(self.q_t)
+        rows = _motion_at(shaft, axial, q.shape[1], self.elastic)[:5]
+        seat, seat_t = self.seats.get(axial, (np.zeros((1, 6)), np.zeros((1, 6))))
+        return q @ rows.T - seat[:, :5], q_t @ rows.T - seat_t[:, :5]
+
+
+@dataclass(frozen=True, eq=False)
+class AgainstSeats:
+    """The motion of a shaft in its bearings by its coordinates, followed by the motions of its seats, 6 each.
+
+    shaft, elastic   the shaft, and its elastic coordinates if it has any
+    components       number of the coordinates of the shaft
+    seats            axial positions [m] of the bearings on seats that move, in the order of their motions
+    """
+
+    shaft: Shaft
+    elastic: ElasticShaft | None
+    components: int
+    seats: Sequence[float]
+
+    def motion_at(self, axial: float) -> np.ndarray:
+        """(6, components + 6 n_seat) motion in a bearing, against its seat."""
+        rows = np.zeros((6, self.components + 6 * len(self.seats)))
+        rows[:, : self.components] = _motion_at(self.shaft, axial, self.components, self.elastic)
+        if axial in self.seats:
+            first = self.components + 6 * self.seats.index(axial)
+            rows[:, first : first + 6] = -np.eye(6)
+        return rows
+
+
+#: A shaft whose motion at a bearing follows from more coordinates than those of a rigid shaft.
+Measured = ElasticShaft | AgainstSeats
 
 
 def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
@@ -159,14 +196,16 @@ def bearing_forces(
     q: np.ndarray,
     q_t: np.ndarray,
     forces: np.ndarray,
-    elastic: ElasticShaft | None = None,
+    elastic: Measured | None = None,
     spin: np.ndarray | None = None,
 ) -> None:
     """Add the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
+    With (n_bearing, 5, n) also their moments about x and y [N m].
+
     q, q_t    displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
               their rates; of an elastic shaft (n, 5 + m) with its m elastic coordinates
-    elastic   the shaft if it is elastic
+    elastic   the shaft if it is elastic, or on seats that move: q then goes on with the motions of these
     spin      (n,) of the shaft about z [rad], which rolling cages need
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
@@ -175,9 +214,10 @@ def bearing_forces(
             for first in range(0, len(q), BLOCK):
                 block = slice(first, first + BLOCK)
                 at_bearing = _with_spin(bearing, q[block] @ motion[:5].T, None if spin is None else spin[block])
-                force[:, block] += rolling_reaction(bearing, 0.0, at_bearing, q_t[block] @ motion[:5].T).T
+                reaction = rolling_reaction(bearing, 0.0, at_bearing, q_t[block] @ motion[:5].T, len(force))
+                force[:, block] += reaction.T
             continue
-        stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
+        stiffness, radial = linear_part(bearing, 0.0)[: len(force)] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
         points = None if bearing.linear else radial_points(bearing)
         for first in range(0, len(q), BLOCK):
@@ -192,7 +232,7 @@ def bearing_forces(
 
 
 def bearing_displacements(
-    shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray, elastic: ElasticShaft | None = None
+    shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray, elastic: Measured | None = None
 ) -> None:
     """Compute the displacements (n_bearing, 3, n) [m] of a shaft at all its bearings, in their order.
 
@@ -202,7 +242,7 @@ def bearing_displacements(
         displacement[:] = _motion_at(shaft, axial, q.shape[1], elastic)[:3] @ q.T
 
 
-def bearing_tilts(shaft: Shaft, q: np.ndarray, elastic: ElasticShaft | None = None) -> np.ndarray:
+def bearing_tilts(shaft: Shaft, q: np.ndarray, elastic: Measured | None = None) -> np.ndarray:
     """(n_bearing, 2, n) tilts [rad] of a shaft at its bearings, in their order; q, elastic as in `bearing_forces`."""
     if q.shape[1] < 5:
         return np.zeros((len(shaft.bearings), 2, len(q)))
@@ -210,7 +250,7 @@ def bearing_tilts(shaft: Shaft, q: np.ndarray, elastic: ElasticShaft | None = No
 
 
 def parted_bearings(
-    shaft: Shaft, q: np.ndarray, forces: np.ndarray, elastic: ElasticShaft | None = None
+    shaft: Shaft, q: np.ndarray, forces: np.ndarray, elastic: Measured | None = None
 ) -> dict[float, np.ndarray]:
     """Axial position [m] -> (n,) whether a rolling bearing with a contact angle has lost its axial force.
 
@@ -224,7 +264,7 @@ def parted_bearings(
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
         if not isinstance(bearing, RollingBearing) or all(row.alpha == 0 for row in bearing.rows):
             continue
-        motion, lost = _motion_at(shaft, axial, q.shape[1], elastic)[:5], ~force.any(axis=0)
+        motion, lost = _motion_at(shaft, axial, q.shape[1], elastic)[:5], ~force[:3].any(axis=0)
         for first in range(0, len(q), BLOCK):
             block = slice(first, first + BLOCK)
             lost[block] |= parted(bearing, q[block] @ motion.T)
@@ -240,7 +280,7 @@ def _with_spin(bearing: Bearing | RollingBearing, q: np.ndarray, spin: np.ndarra
     return np.column_stack([q, spin])
 
 
-def _motion_at(shaft: Shaft, axial: float, components: int, elastic: ElasticShaft | None = None) -> np.ndarray:
+def _motion_at(shaft: Shaft, axial: float, components: int, elastic: Measured | None = None) -> np.ndarray:
     """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass.
 
     The components of an elastic shaft contain its elastic coordinates.
@@ -260,7 +300,7 @@ def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
     energy = 0.5 * sum(support.torsion for support in shaft.torque_supports) * np.square(motion.spin, dtype=float)
     if motion.q is not None:
         for axial, bearing in shaft.bearings.items():
-            at_bearing = motion.q @ _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5].T
+            at_bearing, _ = motion.in_bearing(shaft, axial)
             energy += strain_energy(bearing, 0.0, _with_spin(bearing, at_bearing, motion.spin))
         load = motion.elastic.load_of_decoupled if motion.elastic else shaft.constant_load
         energy -= motion.q @ load[: motion.q.shape[1]]
@@ -277,9 +317,8 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
         return {}
     losses = {}
     for axial, bearing in shaft.bearings.items():
-        rows = _motion_at(shaft, axial, motion.q.shape[1], motion.elastic)[:5]
-        displaced = _with_spin(bearing, motion.q @ rows.T, motion.spin)
-        losses[axial] = dissipated_power(bearing, 0.0, displaced, motion.q_t @ rows.T)
+        at_bearing, rates = motion.in_bearing(shaft, axial)
+        losses[axial] = dissipated_power(bearing, 0.0, _with_spin(bearing, at_bearing, motion.spin), rates)
     return losses
 
 

@@ -7,11 +7,16 @@ A mesh is a row of springs over the face, one for each part of it, which press b
 with the stiffness K of the shafts, the rows r by which their coordinates q bring the flanks together, and the loads f:
 torques, external forces and weight of shafts. Each term is convex, and so is U: Newton's method with a line search
 finds its minimum, also where bearings have clearance and where a part of the face carries no load.
+
+The coordinates of a planet are its motion on its pin. The pin follows its carrier as a rigid body from the axis of the
+carrier at the axial position of the pin on.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import atan2, cos, sin
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -26,7 +31,7 @@ from exugear.gearbox.housing import PER_SEAT, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
-from exugear.gearbox.static_offsets import stage_offsets
+from exugear.gearbox.static_offsets import displacement_at, stage_offsets
 from exugear.gearbox.static_shaft import AXIAL, SPIN, StaticShaft, static_shaft
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.planning.coordinates import pose
@@ -60,6 +65,8 @@ class FaceMesh:
     misalignment  of the displaced shafts [rad], by which the gap opens along z
     offset        axial position of the wheel's mid-plane from the pinion's [m]
     a             centre distance [m]
+    gap           of the unloaded flanks of a planet [m], by displaced pins and members and by teeth of other thickness
+    ring_angle    position of the mesh on a ring [rad]
     """
 
     stage: Stage
@@ -73,6 +80,8 @@ class FaceMesh:
     misalignment: float
     offset: float
     a: float
+    gap: float = 0.0
+    ring_angle: float = 0.0
 
     @property
     def width(self) -> float:
@@ -82,17 +91,43 @@ class FaceMesh:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A bearing between its shaft and the housing: the motion (5, n_coordinate) of one against the other."""
+    """A bearing between its shaft and the housing, or of a planet on its pin.
+
+    rows    (5, n_coordinate) motion of one against the other, along the axes of the bearing
+    axes    (5, 5) components along these axes by the global ones: of a pin along its radius and across
+    """
 
     shaft: Shaft
     axial: float
     bearing: Bearing | RollingBearing
     rows: np.ndarray
+    axes: np.ndarray
 
     @property
     def label(self) -> str:
         """Name of the bearing in data."""
         return bearing_label(self.shaft, self.axial)
+
+
+class Pin(NamedTuple):
+    """Where a planet stands on its carrier: axial position and position (x, y) from the carrier's axis [m]."""
+
+    carrier: str
+    axial: float
+    arm: tuple[float, float]
+
+    @property
+    def angle(self) -> float:
+        """Direction of the pin's radius from x [rad]."""
+        return atan2(self.arm[1], self.arm[0])
+
+    def carried(self, axial: float) -> np.ndarray:
+        """(6, 6) motion of the pin's axis at an axial position [m] by that of the carrier's axis at the pin."""
+        x, y = self.arm
+        motion = rigid_motion(axial - self.axial)
+        motion[0, 5], motion[1, 5] = -y, x
+        motion[2, 3], motion[2, 4] = y, -x
+        return motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +141,7 @@ class ElasticTrain:
     supports    the bearings
     meshes      the meshes
     free        (n,) whether a coordinate moves
+    pins        of the planets
     """
 
     shafts: Mapping[str, StaticShaft]
@@ -115,16 +151,24 @@ class ElasticTrain:
     supports: Sequence[Support]
     meshes: Sequence[FaceMesh]
     free: np.ndarray
+    pins: Mapping[str, Pin]
 
-    def rows_at(self, shaft: str, motion: np.ndarray) -> np.ndarray:
-        """(k, n) rows over all coordinates from those (k, n_of_shaft) over the coordinates of a shaft."""
-        return _over_all(self.load.size, self.first[shaft], motion)
+    def rows_at(self, shaft: str, axial: float) -> np.ndarray:
+        """(6, n) motion of a shaft at an axial position [m] by all coordinates, of a planet with its carrier."""
+        rows = _over_all(self.load.size, self.first[shaft], self.shafts[shaft].motion_at(axial))
+        if pin := self.pins.get(shaft):
+            rows += pin.carried(axial) @ self.rows_at(pin.carrier, pin.axial)
+        return rows
 
     def motion_of(self, shaft: str, q: np.ndarray) -> np.ndarray:
-        """(n_node, 6) motion of the nodes of a shaft at the coordinates q."""
+        """(n_node, 6) motion of the nodes of a shaft at the coordinates q, of a planet with its carrier."""
         static = self.shafts[shaft]
         first = self.first[shaft]
-        return static.motions @ q[first : first + static.free.size]
+        motion = static.motions @ q[first : first + static.free.size]
+        if pin := self.pins.get(shaft):
+            of_carrier = self.rows_at(pin.carrier, pin.axial) @ q
+            motion = motion + np.array([pin.carried(float(axial)) @ of_carrier for axial in static.nodes])
+        return motion
 
     def energies(self, q: np.ndarray) -> tuple[float, list[float]]:
         """Energy of shafts and housing, and of each bearing [J]."""
@@ -146,22 +190,19 @@ def bearing_label(shaft: Shaft, axial: float) -> str:
 
 
 def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> ElasticTrain:
-    """The gearbox under loads against the motion of shafts [N m], with faces of the gears in equal parts.
-
-    ValueError for shafts on carriers.
-    """
-    carried = [label for label, stage in zip(gearbox.labels, gearbox.stages, strict=True) if stage.carrier]
-    planetary = f"gearbox must have parallel shafts in the housing, stages {carried} are on a carrier"
-    require(not carried, f"{planetary}; take planet_shares of a run for the loads in planetary sets")
+    """The gearbox under loads against the motion of shafts [N m], with faces of the gears in equal parts."""
     forces = mesh_forces(gearbox, loads)
     idle = np.abs(forces) <= IDLE * np.abs(forces).max()
     faces = [
         face_of(gearbox, stage, -1 if f < 0 else 1, parts) for stage, f in zip(gearbox.stages, forces, strict=True)
     ]
+    pins = pins_of(gearbox)
     points: dict[str, list[float]] = {shaft.name: [] for shaft in gearbox.shafts}
     for stage, face in zip(gearbox.stages, faces, strict=True):
         for (name, position), offset in zip(stage.ends, (0.0, face.offset), strict=True):
             points[name] += (position + face.axial - offset).tolist()
+    for pin in pins.values():
+        points[pin.carrier].append(pin.axial)
     statics = {shaft.name: static_shaft(shaft, points[shaft.name]) for shaft in gearbox.shafts}
     sizes = [static.free.size for static in statics.values()]
     first = dict(zip(statics, np.r_[0, np.cumsum(sizes)[:-1]].tolist(), strict=True))
@@ -171,7 +212,7 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     supports = []
     if housing:
         moves = n_shafts + np.flatnonzero(housing.over_six.ravel())
-        stiffness[np.ix_(moves, moves)], free[moves] = housing.stiffness, True
+        stiffness[np.ix_(moves, moves)], free[moves] = housing.seat_stiffness, True
     held = {*gearbox.independent, *gearbox.held}
     for shaft in gearbox.shafts:
         static, part = statics[shaft.name], slice(first[shaft.name], first[shaft.name] + statics[shaft.name].free.size)
@@ -184,22 +225,56 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
                 load[part] -= gearbox.directions[shaft.name] * torque * turned
         if shaft.name in held:
             free[part] &= turned == 0
+        axes = _along(pins[shaft.name].angle) if shaft.name in pins else np.eye(5)
         for axial, bearing in shaft.bearings.items():
-            rows = _over_all(n, first[shaft.name], static.motion_at(axial)[:5])
+            rows = axes @ _over_all(n, first[shaft.name], static.motion_at(axial)[:5])
             seat = seat_number(housing, shaft.name, axial)
             if seat is not None:
                 at_seat = n_shafts + PER_SEAT * seat
                 rows[:, at_seat : at_seat + 5] -= np.eye(5)
-            supports.append(Support(shaft, axial, bearing, rows))
+            supports.append(Support(shaft, axial, bearing, rows, axes))
+    train = ElasticTrain(statics, first, stiffness, load, supports, [], free, pins)
     meshes = []
-    for face, force, open_mesh in zip(faces, forces, idle, strict=True):
+    numbered = zip(faces, forces, idle, gearbox.gaps, gearbox.ring_angles, strict=True)
+    for face, force, open_mesh, of_teeth, ring_angle in numbered:
         rows = np.zeros((parts, n))
         for i, row in enumerate(rows):
             for (name, axial), of_gear in _rows_at(gearbox, face, float(face.axial[i])).items():
-                motion = statics[name].motion_at(axial)
-                row[first[name] : first[name] + motion.shape[1]] += of_gear @ motion
-        meshes.append(replace(face, rows=rows, force=0.0 if open_mesh else abs(float(force))))
-    return ElasticTrain(statics, first, stiffness, load, supports, meshes, free)
+                row += of_gear @ train.rows_at(name, axial)
+        carried = 0.0 if open_mesh else abs(float(force))
+        gap = of_teeth + _gap_by_displacement(gearbox, face)
+        meshes.append(replace(face, rows=rows, force=carried, gap=gap, ring_angle=ring_angle))
+    return replace(train, meshes=meshes)
+
+
+def pins_of(gearbox: Gearbox) -> dict[str, Pin]:
+    """The pins of the planets by their names, at the middle of their bearings, else of their gears."""
+    pins, at = {}, gearbox.shaft_positions
+    for shaft in gearbox.shafts:
+        if carrier := gearbox.planets.get(shaft.name):
+            x, y = np.subtract(at[shaft.name], at[carrier.name]).tolist()
+            pins[shaft.name] = Pin(carrier.name, float(np.mean([*(shaft.bearings or shaft.gears)])), (x, y))
+    return pins
+
+
+def _along(angle: float) -> np.ndarray:
+    """(5, 5) displacement and tilts along axes at an angle about z [rad] by the global ones."""
+    axes, turn = np.eye(5), np.array([[cos(angle), sin(angle)], [-sin(angle), cos(angle)]])
+    axes[:2, :2] = axes[3:, 3:] = turn
+    return axes
+
+
+def _gap_by_displacement(gearbox: Gearbox, face: FaceMesh) -> float:
+    """Gap of the flanks [m] of a stage on a carrier in the mid-plane of its pinion, as its shafts are displaced."""
+    stage = face.stage
+    if stage.carrier is None:
+        return 0.0
+    shafts, gap = {shaft.name: shaft for shaft in _gears(stage)}, 0.0
+    for (name, axial), row in _rows_at(gearbox, face, 0.0).items():
+        displaced = [shafts[name]] + ([gearbox.planets[name]] if name in gearbox.planets else [])
+        moved = np.sum([displacement_at(shaft, axial) for shaft in displaced], axis=0)
+        gap -= float(row @ np.r_[moved, shafts[name].offset.tilt_x, shafts[name].offset.tilt_y, 0.0])
+    return gap
 
 
 def _over_all(n: int, first: int, motion: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from exugear.load_factors.load_distribution import (
     by_springs,
     face_load_factor,
     given_stiffness,
+    members_of_planets,
 )
 from exugear.multibody.model import Model
 from fem.contact.resolution import Resolution
@@ -85,7 +86,9 @@ def propose_flank_corrections(
     The other arguments as for `exugear.load_distribution`. The slope takes the mean slope of the gap by shafts,
     bearings and present lead modifications, the crowning its curvature (< 0: hollow, where the ends of the face carry
     too little). Both are iterated, as an even load bends shafts otherwise. They hold for this load; under less they
-    leave the face uneven the other way: look at `load_distribution` over the duty cycle.
+    leave the face uneven the other way: look at `load_distribution` over the duty cycle. Meshes of planets with the
+    same sun, or with the same ring, have a common correction, that of the sun or of the planets' flanks to the ring:
+    the mean of what each takes, so that what differs from planet to planet, as pins that lean, is left.
 
     Raises as `exugear.load_distribution`, and ValueError for a stage with a `RingPair`.
     """
@@ -97,7 +100,7 @@ def propose_flank_corrections(
     ringed = [x for x, stage in zip(box.labels, box.stages, strict=True) if not isinstance(stage.pair, GearPair)]
     require(not ringed, f"stages {ringed} have a RingPair; {MISSING}")
     torques = given_loads(box, load, loads)
-    train = elastic_train(box, torques, parts)
+    train, members = elastic_train(box, torques, parts), members_of_planets(box)
     stiffness = given_stiffness(box, train, mesh_stiffness)
 
     def solved(amounts: np.ndarray) -> Solution:
@@ -109,7 +112,10 @@ def propose_flank_corrections(
         amounts = np.zeros((len(train.meshes), 2))
         before = after = solved(amounts)
         for _ in range(ROUNDS):
-            steps = np.array([_remainder(m, gap) for m, gap in zip(after.train.meshes, after.gaps, strict=True)])
+            steps = np.array(
+                [_remainder(*each) for each in zip(after.train.meshes, after.gaps, after.forces, strict=True)]
+            )
+            steps = _common_to_planets(steps, members)
             amounts = amounts + steps
             after = solved(amounts)
             if np.abs(steps).max() < SMALLEST:
@@ -130,9 +136,18 @@ def _parts(C_Hbeta: float, C_beta: float) -> tuple[HelixSlope, LeadCrowning]:
     return HelixSlope(C_Hbeta), LeadCrowning(C_beta)
 
 
-def _remainder(mesh: FaceMesh, gap: np.ndarray) -> tuple[float, float]:
+def _common_to_planets(steps: np.ndarray, members: Sequence[str]) -> np.ndarray:
+    """(n_mesh, 2) amounts of which planets with the same sun or ring have the mean."""
+    common = steps.copy()
+    for member in {name for name in members if name}:
+        chosen = [name == member for name in members]
+        common[chosen] = steps[chosen].mean(axis=0)
+    return common
+
+
+def _remainder(mesh: FaceMesh, gap: np.ndarray, force: float) -> tuple[float, float]:
     """Helix slope and crowning [m] of the pinion that take slope and curvature of a gap; 0 without load."""
-    if not mesh.force:
+    if not force:
         return 0.0, 0.0
     z, b = axis_of_pair(mesh), mesh.pair.pinion.b
     curvature, slope, _ = np.polyfit(z * mesh.axial, gap, 2)

@@ -3,8 +3,9 @@
 With a constant stiffness of the meshes per face width the equilibrium is solved at once (`elastic_statics`). With the
 tooth contact of the finite elements the shafts displace the flanks by a gap over the face, under which
 `fem.load_distribution` tells the line loads. The springs of the meshes then stand for this contact: their gaps are
-corrected until springs and finite elements carry the same line load, averaged over the mesh cycle. An error e of a gap
-shrinks by 1 - (1 + c_FE S)/(1 + c S), with the compliance S of shafts and bearings: always where c > c_FE / 2.
+corrected until springs and finite elements carry the same line load under the same approach of the gears, averaged over
+the mesh cycle. An error e of a gap shrinks by 1 - (1 + c_FE S)/(1 + c S), with the compliance S of shafts and bearings:
+always where c > c_FE / 2. The approach tells how planets share the load.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,6 +35,7 @@ from fem.stress.load_distribution import load_distribution as distribution_by_co
 from fem.support.arguments import Finite, checked
 from fem.support.progress import shown
 from fem.support.validation import require, require_kind
+from fem.units import mm, um
 
 __all__ = ["deflected_pair", "load_distribution"]
 
@@ -57,6 +59,12 @@ class Solution:
     gaps: list[np.ndarray]
     stiffness: list[float]
 
+    @property
+    def forces(self) -> list[float]:
+        """Mesh forces [N]; 0 of meshes that carry nothing but rounding by the torques."""
+        pairs = zip(self.train.meshes, self.line_loads, strict=True)
+        return [float(load.sum()) * mesh.part if mesh.force > 0 else 0.0 for mesh, load in pairs]
+
 
 @checked
 def load_distribution(
@@ -72,7 +80,7 @@ def load_distribution(
 ) -> xr.Dataset:
     """Static load over the faces of all gears, deflection of shafts and bearing forces, with everything elastic.
 
-    gearbox         `exugear.Gearbox` of parallel shafts, or a model of it
+    gearbox         `exugear.Gearbox` of stages and planetary sets, or a model of it
     load            torque against the motion of the driven shaft [N m]; < 0 loads the back flanks
     loads           instead of load: torques against the motion of several shafts, by their names; the driving shaft,
                     whose end is held, takes the rest
@@ -89,6 +97,11 @@ def load_distribution(
     their weight (`Shaft(gravity=)`). An `Unbalance` turns with its shaft and has no part in statics. Friction is left
     out.
 
+    Planetary sets stand in their reference configuration. Planets move on their pins, which follow the carrier rigidly
+    from its axis on: its sections bend and twist up to the middle of a pin. Errors of pins, also those by which they
+    lean, teeth of unlike thickness, and displaced members share the load among the planets. A floating sun is one on
+    soft bearings.
+
     Returns a Dataset over `mesh` and `face` (parts of the face from -1/2 to 1/2 of the common width, along z), `shaft`
     and `point` (from one end of the shaft to the other), `bearing`, `direction`:
 
@@ -104,6 +117,8 @@ def load_distribution(
     gap             that gap (mesh, face) [m] without the deflection of the teeth, 0 where it is least
     deflection_gap  its part by displaced and deflected shafts, which `exugear.deflected_pair` puts on the flanks
     mesh_force      [N] of each mesh; axial_position (mesh, face) [m] on the shaft of the pinion
+    K_gamma         of each mesh of a planet: its force over the mean of all planets with the same sun or ring; NaN of
+                    other meshes
     deflection      of the axes (shaft, direction, point) [m] at the positions axial (shaft, point) [m], without the
                     static displacement of a `Placement`
     tilt, twist     (shaft, axis, point) and (shaft, point) [rad]; twist from the end that is held on
@@ -112,8 +127,8 @@ def load_distribution(
                     the seats (seat, direction) [m]
     energy          (part) [J]: shafts, bearings and springs of the meshes; NaN of the teeth of finite elements
 
-    Raises ValueError for bad input, loads that bearings do not carry (`NotCarried`), and shafts on carriers;
-    RuntimeError where the contact does not converge.
+    Raises ValueError for bad input, loads that bearings do not carry (`NotCarried`), and planets whose back flanks
+    would touch; RuntimeError where the contact does not converge.
 
     Source: ISO 6336-1:2019, 7 and annex E (method B); Timoshenko beams as in `Shaft(sections=)`.
     """
@@ -127,6 +142,7 @@ def load_distribution(
     stiffness = given_stiffness(box, train, mesh_stiffness)
     springs = by_springs(train, stiffness)
     solution = springs
+    check_backs(springs)
     if mesh_stiffness is None:
         with shown(progress):
             solution = by_contact(springs, phases, resolution)
@@ -172,6 +188,11 @@ def _solution(train: ElasticTrain, q: np.ndarray, stiffness: Sequence[float], ga
     return Solution(train, q, line_loads, [displaced_gap(mesh, q) for mesh in train.meshes], [*stiffness])
 
 
+def line_gaps(solution: Solution) -> list[np.ndarray]:
+    """By mesh (n_part,) gap [m] of the flanks as displaced; < 0 where they press."""
+    return [static_gap(mesh) - mesh.rows @ solution.q for mesh in solution.train.meshes]
+
+
 def displaced_gap(mesh: FaceMesh, q: np.ndarray) -> np.ndarray:
     """(n_part,) gap of the flanks [m] by lead modifications, and by displaced and deflected shafts, its least 0."""
     gap = static_gap(mesh) - mesh.rows @ q
@@ -179,8 +200,8 @@ def displaced_gap(mesh: FaceMesh, q: np.ndarray) -> np.ndarray:
 
 
 def static_gap(mesh: FaceMesh) -> np.ndarray:
-    """(n_part,) gap [m] of the unloaded flanks over the face: lead modifications and static misalignment."""
-    gap = mesh.misalignment * mesh.axial
+    """(n_part,) gap [m] of the unloaded flanks over the face: lead modifications and static displacements."""
+    gap = mesh.gap + mesh.misalignment * mesh.axial
     if isinstance(mesh.pair, GearPair):
         pair, z = loaded_pair(mesh), axis_of_pair(mesh)
         gap = gap + _lead(pair.pinion, z * mesh.axial) + _lead(pair.wheel, z * (mesh.axial - mesh.offset))
@@ -212,19 +233,19 @@ def by_contact(start: Solution, phases: int, resolution: Resolution) -> Solution
     train, corrections = start.train, [np.zeros(mesh.axial.size) for mesh in start.train.meshes]
     solution = start
     for _ in range(CORRECTIONS):
-        by_teeth = [
-            line_load_by_contact(mesh, solution.q, phases, resolution) if mesh.force > 0 else line_load
-            for mesh, line_load in zip(train.meshes, solution.line_loads, strict=True)
+        errors = [
+            gap_error(mesh, solution.q, line_load, c, phases, resolution) if force > 0 else np.zeros(mesh.axial.size)
+            for mesh, line_load, force, c in zip(
+                train.meshes, solution.line_loads, solution.forces, start.stiffness, strict=True
+            )
         ]
-        differences = [a - b for a, b in zip(solution.line_loads, by_teeth, strict=True)]
-        apart = max(
-            float(np.abs(difference).max() / line_load.max()) if mesh.force > 0 else 0.0
-            for difference, line_load, mesh in zip(differences, by_teeth, train.meshes, strict=True)
-        )
+        largest = [c * np.abs(error).max() for c, error in zip(start.stiffness, errors, strict=True)]
+        apart = max(x / load.max() for x, load in zip(largest, solution.line_loads, strict=True) if load.any())
         if apart < SAME_LOAD:
+            check_backs(solution)
             return solution
-        for correction, difference, c in zip(corrections, differences, start.stiffness, strict=True):
-            correction += difference / c
+        for correction, error in zip(corrections, errors, strict=True):
+            correction += error
         gaps = [static_gap(mesh) + x for mesh, x in zip(train.meshes, corrections, strict=True)]
         solution = _solution(train, solve(train, start.stiffness, gaps), start.stiffness, gaps)
     raise RuntimeError(
@@ -233,21 +254,39 @@ def by_contact(start: Solution, phases: int, resolution: Resolution) -> Solution
     )
 
 
-def line_load_by_contact(mesh: FaceMesh, q: np.ndarray, phases: int, resolution: Resolution) -> np.ndarray:
-    """(n_part,) line load [N/m] of the finite elements at coordinates q, mean over the mesh cycle.
+def gap_error(
+    mesh: FaceMesh, q: np.ndarray, line_load: np.ndarray, c: float, phases: int, resolution: Resolution
+) -> np.ndarray:
+    """(n_part,) by which the gap of springs of stiffness c [N/m^2] is too small [m] beside the finite elements.
 
-    Tip edges in contact have shorter levers than the line of action: the sum is scaled to the mesh force.
+    Both at coordinates q, under the force of the springs with their line load [N/m], mean over the mesh cycle. Tip
+    edges in contact have shorter levers than the line of action: their sum is scaled to the mesh force.
     """
-    under = pair_under(mesh, mesh.misalignment * mesh.axial - mesh.rows @ q)
+    force = float(line_load.sum()) * mesh.part
+    gap = mesh.gap + mesh.misalignment * mesh.axial - mesh.rows @ q
+    under = pair_under(replace(mesh, force=force), gap)
     options: dict[str, Any] = {
         "offsets": under.offsets,
+        "ring_angle": mesh.ring_angle,
         "resolution": resolution,
         "stations": mesh.axial.size,
         "progress": False,
     }
-    loads = distribution_by_contact(under.pair, under.torque, phases, **options)["line_load"]
-    line_load = loads.sum("pair").mean("phase").values[0][:: axis_of_pair(mesh)]
-    return line_load * mesh.force / (line_load.sum() * mesh.part)
+    data = distribution_by_contact(under.pair, under.torque, phases, **options)
+    by_teeth = data["line_load"].sum("pair").mean("phase").values[0][:: axis_of_pair(mesh)]
+    by_teeth *= force / (by_teeth.sum() * mesh.part)
+    needed = float(data["te"].mean()) + float(to_the_ends(gap).min())
+    return needed + (line_load - by_teeth) / c
+
+
+def check_backs(solution: Solution) -> None:
+    """ValueError where the back flanks of a planet's open mesh would touch."""
+    for mesh, force, gap in zip(solution.train.meshes, solution.forces, line_gaps(solution), strict=True):
+        if mesh.stage.carrier is None or force > 0:
+            continue
+        jams = f"mesh {mesh.stage.name!r} is open by {gap.min() / um:.3g} um, its back flanks touch"
+        remedy = "raise the load, or make errors of pins and teeth smaller"
+        require(bool(gap.max() < mesh.stage.force.backlash), f"{jams}; {remedy}")
 
 
 @checked
@@ -304,13 +343,17 @@ def deflected_pair(gearbox: Gearbox | Model, data: xr.Dataset, mesh: str | None 
 
 def gap_as_grid(pinion: Gear, axial: np.ndarray, gap: np.ndarray) -> Grid:
     """A gap over the face as material removed from the pinion, extrapolated to the ends of the face."""
-    low, high = ((1.5 * gap[i] - 0.5 * gap[j]) for i, j in ((0, 1), (-1, -2)))
-    half = (axial[1] - axial[0]) / 2
-    values = np.concatenate([[low], gap, [high]])
+    half, values = (axial[1] - axial[0]) / 2, to_the_ends(gap)
     values = values - values.min()
     at = np.concatenate([[axial[0] - half], axial, [axial[-1] + half]])
     rolls = (pinion.roll_form, pinion.roll_tip)
     return Grid(rolls, tuple(at.tolist()), tuple(map(tuple, np.tile(values, (2, 1)).tolist())))
+
+
+def to_the_ends(gap: np.ndarray) -> np.ndarray:
+    """(n_part + 2,) a gap over the parts of the face, extrapolated to its ends."""
+    low, high = ((1.5 * gap[i] - 0.5 * gap[j]) for i, j in ((0, 1), (-1, -2)))
+    return np.concatenate([[low], gap, [high]])
 
 
 def face_load_factor(line_load: np.ndarray, *, at_ends: bool) -> float:
@@ -319,6 +362,26 @@ def face_load_factor(line_load: np.ndarray, *, at_ends: bool) -> float:
     if at_ends:
         largest += [(15 * x[0] - 10 * x[1] + 3 * x[2]) / 8 for x in (line_load, line_load[::-1])]
     return float(max(largest) / line_load.mean()) if line_load.any() else np.nan
+
+
+def mesh_load_factors(box: Gearbox, forces: Sequence[float]) -> np.ndarray:
+    """(n_mesh,) force of each mesh of a planet over the mean of those with the same sun or ring; NaN of others."""
+    members = members_of_planets(box)
+    factors = np.full(len(members), np.nan)
+    for member in {name for name in members if name}:
+        chosen = np.array([name == member for name in members])
+        of_member = np.array(forces)[chosen]
+        factors[chosen] = of_member / of_member.mean() if of_member.any() else np.nan
+    return factors
+
+
+def members_of_planets(box: Gearbox) -> list[str]:
+    """By mesh the name of the sun or ring with which a planet meshes, and its axial position; empty of others."""
+    names = []
+    for stage in box.stages:
+        ends = [(name, axial) for name, axial in stage.ends if stage.carrier and name not in box.planets]
+        names.append(f"{ends[0][0]} at {ends[0][1] / mm:g} mm" if ends else "")
+    return names
 
 
 def effective_misalignment(mesh: FaceMesh, gap: np.ndarray) -> float:
@@ -344,7 +407,8 @@ def _dataset(box: Gearbox, springs: Solution, solution: Solution, *, constant: b
         variables[name] = (tuple(dims), np.asarray(values, float), {"units": units, "long_name": long_name})
 
     slopes = [effective_misalignment(mesh, gap) for mesh, gap in zip(meshes, solution.gaps, strict=True)]
-    means = [mesh.force / mesh.width for mesh in meshes]
+    forces = solution.forces
+    means = [force / mesh.width for force, mesh in zip(forces, meshes, strict=True)]
     columns = zip(slopes, solution.stiffness, means, strict=True)
     ours = [face_load_factor(x, at_ends=constant) for x in solution.line_loads]
     add(
@@ -362,7 +426,9 @@ def _dataset(box: Gearbox, springs: Solution, solution: Solution, *, constant: b
     add("deflection_gap", ("mesh", "face"), lowered, "m", "the gap by displaced and deflected shafts alone")
     sides = [mesh.side for mesh in meshes]
     add("side", ("mesh",), sides, "1", "1 where the driving flanks carry, -1 where the back flanks do")
-    add("mesh_force", ("mesh",), [mesh.force for mesh in meshes], "N", "mesh force in the transverse section")
+    add("mesh_force", ("mesh",), forces, "N", "mesh force in the transverse section")
+    factors = mesh_load_factors(box, forces)
+    add("K_gamma", ("mesh",), factors, "1", "mesh force over the mean of the planets' meshes with the same gear")
     add("width", ("mesh",), [mesh.width for mesh in meshes], "m", "face width common to both gears")
     at = [mesh.stage.axial_positions[0] + mesh.axial for mesh in meshes]
     add("axial_position", ("mesh", "face"), at, "m", "axial position on the shaft of the pinion")
@@ -419,8 +485,11 @@ def _add_shafts(add: Any, box: Gearbox, train: ElasticTrain, q: np.ndarray) -> N
 def _add_bearings(add: Any, train: ElasticTrain, q: np.ndarray) -> None:
     """Forces, moments and displacements of the bearings."""
     at = np.array([support.rows @ q for support in train.supports]).reshape(-1, 5)
-    forces = np.array([-potential(x.bearing, 0.0, row)[1] for x, row in zip(train.supports, at, strict=True)])
-    forces = forces.reshape(-1, 5)
+    along = [-potential(x.bearing, 0.0, row)[1] for x, row in zip(train.supports, at, strict=True)]
+    forces, at = (
+        np.array([row @ x.axes for x, row in zip(train.supports, rows, strict=True)]).reshape(-1, 5)
+        for rows in (along, at)
+    )
     add("bearing_force", ("bearing", "direction"), forces[:, :3], "N", "force of the bearing on its shaft")
     add("bearing_moment", ("bearing", "axis"), forces[:, 3:], "N m", "moment of the bearing on its shaft")
     add("bearing_displacement", ("bearing", "direction"), at[:, :3], "m", "displacement of the shaft in the bearing")

@@ -423,7 +423,7 @@ class MeshForce:
         if not arrays["centroid"].any():
             arrays["centroid"] = np.array(0.0)
         if self.teeth is not None:
-            arrays["teeth"] = replace(self.teeth, single=self.teeth.single._at(offsets, None))
+            arrays["teeth"] = self.teeth.at(offsets)
         return replace(self, **arrays, offsets=left, fixed_offsets={**self.fixed_offsets, **offsets}, coast=coast)
 
     @checked
@@ -479,7 +479,7 @@ def composed_law(teeth: ToothPairs, **given) -> MeshForce:
     reach = np.array([0.0, um])
     shape = tuple(axis.size for axis in teeth.single.offsets.values())
     placeholder = np.broadcast_to(reach, (*shape, PHASES, 2)), np.broadcast_to([0.0, 1.0], (*shape, PHASES, 2))
-    phase, has_centroid = uniform_phases(PHASES, 1), bool(np.any(teeth.single.centroid))
+    phase, has_centroid = uniform_phases(PHASES, 1), bool(np.any(teeth.single.centroid) or np.any(teeth.moments))
     # a centroid that is not 0 gives the table that of the tooth pairs
     centroid = np.full((*shape, PHASES, 2), 1e-12) if has_centroid else 0.0
     alike = MeshForce(phase, *placeholder, teeth=teeth.without_deviations(), centroid=centroid, **bare)

@@ -50,20 +50,25 @@ FORCE_TABLE = record_type(
     ("teeth", "i8"),
 )
 #: Head of what a law is composed of, whose teeth differ: numbers of teeth; position [pitches] at which the table of a
-#: single tooth pair begins, and up to which it reaches; numbers of couplings by distance and position, of increments,
-#: and of their loads; position at which couplings begin, and their steps in a pitch; the same of increments, and the
-#: largest of their loads [N]; share of a pitch by which a difference of pitch deviations turns the teeth [1/m]; starts
-#: of the arrays [bytes from this head].
+#: single tooth pair begins, and up to which it reaches; numbers of couplings by distance and position, of positions of
+#: increments, of their loads, of increments in a block, and of those of pinion and wheel among them; position at which
+#: couplings begin, and their steps in a pitch; the same of increments, and the largest of their loads [N]; share of a
+#: pitch by which a difference of pitch deviations turns the teeth [1/m]; starts of the arrays [bytes from this head],
+#: meeting: number of what increments of both gears have beside their sum, over those of pinion and wheel.
 TEETH = record_type(
     *((name, "i8") for name in ("z_1", "z_2", "distances", "coupled", "placed", "loads")),
+    *((name, "i8") for name in ("in_block", "of_pinion", "of_wheel")),
     *((name, "f8") for name in ("first", "last", "coupled_first", "coupled_steps", "placed_first", "placed_steps")),
     *((name, "f8") for name in ("largest_load", "turn")),
     *((f"{name}_start", "i8") for name in ("pitch_1", "pitch_2", "variant_1", "variant_2", "coupling")),
-    *((f"{name}_start", "i8") for name in ("increments", "single")),
+    *((f"{name}_start", "i8") for name in ("meeting", "increments", "single")),
 )
 #: An increment of a tooth at a load and a position: the deflection and its integral over t, its slopes by t, by a step
-#: of the position, and by both; t = sqrt(load / largest load).
-INCREMENT = record_type(*((name, "f8") for name in ("value", "by_t", "by_s", "by_t_s", "work", "work_by_s")))
+#: of the position, and by both; t = sqrt(load / largest load); likewise the moment of the load.
+INCREMENT = record_type(
+    *((name, "f8") for name in ("value", "by_t", "by_s", "by_t_s", "work", "work_by_s")),
+    *((name, "f8") for name in ("moment", "moment_by_t", "moment_by_s", "moment_by_t_s")),
+)
 #: Unloaded deflection, largest penetration [m], and their slopes per phase step; largest force of the law [N].
 EDGE = record_type(
     *((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope", "largest_force"))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import ceil, nan
+from math import ceil, nan, prod
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_o
 from fem.support.validation import set_fields
 
 #: Positions in a pitch of single tooth pairs in a law, and number of t of increments.
-STEPS, INCREMENT_LOADS = 128, 21
+STEPS, INCREMENT_LOADS = 128, 33
 #: Loads of a single tooth pair: least over the lowest of the map, how many below it and up to the largest one, and from
 #: there to this multiple of it, along the last stiffness.
 LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
@@ -36,7 +36,12 @@ class ToothPairs:
     coupling            (n_distance, n) transmission error of a tooth pair per load on that 1, 2, ... pitches ahead
                         [m/N]
     coupled_first       position of the first coupling; there are coupled_steps in a pitch
-    increments          (n_variant, n, n_t) change of the deflection of a tooth [m], over its position and t
+    moment_coupling     (3, n_distance, n) transmission error of a tooth pair ahead by a moment of the load on the
+                        former, of the former by a moment ahead [1/N], and of moment by moment [rad/(N m)]
+    increments          (n_block n_variant, n, n_t) change of the deflection of a tooth [m], over its position and t,
+                        for each block of offsets: of pinion, wheel, and of both beside the sum of theirs
+    moments             likewise: change of the moment of the load [N m]
+    meeting             (n_pinion, n_wheel) which of the latter belongs to increments of pinion and wheel; -1: none
     placed_first        position of the first increment, placed_steps in a pitch
     largest_load        load of the last increment [N]: t = sqrt(load / largest_load), evenly spaced
     error, error_rms    largest and root mean square difference of the law from contacts that were solved whole [m]; NaN
@@ -61,10 +66,38 @@ class ToothPairs:
     turn: float
     error: float = nan
     error_rms: float = nan
+    moments: np.ndarray | None = None
+    moment_coupling: np.ndarray | None = None
+    meeting: np.ndarray | None = None
 
     def __post_init__(self):
         for name in ("pitch_1", "pitch_2", "coupling", "increments"):
             set_fields(self, **{name: np.array(getattr(self, name), float)})
+        none = {"moments": np.zeros_like(self.increments), "moment_coupling": np.zeros((3, *self.coupling.shape))}
+        of_gears = [len(set(x[x >= 0].tolist())) for x in map(np.asarray, (self.variant_1, self.variant_2))]
+        none["meeting"] = np.full(of_gears, -1.0)
+        for name, values in none.items():
+            given = getattr(self, name)
+            set_fields(self, **{name: values if given is None else np.array(given, float)})
+
+    @property
+    def blocks(self) -> int:
+        """Number of combinations of offsets."""
+        return prod(axis.size for axis in self.single.offsets.values())
+
+    def at(self, offsets: Mapping[str, float]) -> "ToothPairs":
+        """The tooth pairs at fixed offsets; increments linear between their values."""
+        axes = self.single.offsets
+        shape = *(axis.size for axis in axes.values()), len(self.increments) // self.blocks
+        reduced = {}
+        for name in ("increments", "moments"):
+            values = getattr(self, name)
+            values = values.reshape(*shape, *values.shape[1:])
+            for i, (axis, at) in reversed(list(enumerate(axes.items()))):
+                if axis in offsets:
+                    values = scipy.interpolate.interp1d(at, values, axis=i, fill_value="extrapolate")(offsets[axis])
+            reduced[name] = values.reshape(-1, *values.shape[-2:])
+        return replace(self, single=self.single._at(offsets, None), **reduced)
 
     @property
     def proud(self) -> float:
@@ -75,24 +108,27 @@ class ToothPairs:
         touches = self.single.deflection[..., 0].reshape(-1, self.single.phase.size).min(axis=0)
         place = self.placed_first + np.arange(self.increments.shape[1]) / self.placed_steps
         on_path = np.interp(place, self.first + self.single.phase, touches) < TOUCHING
-        return least + float(self.increments[:, on_path, 0].min(initial=0.0))
+        of_teeth = self.increments.reshape(self.blocks, -1, *self.increments.shape[1:])[:, : sum(self.meeting.shape)]
+        return least + float(of_teeth[:, :, on_path, 0].min(initial=0.0))
 
     def without_deviations(self) -> "ToothPairs":
         """Tooth pairs that are all alike."""
         none = {f"pitch_{i}": np.zeros(1) for i in (1, 2)} | {f"variant_{i}": np.full(1, -1) for i in (1, 2)}
-        return replace(self, **none, increments=self.increments[:0])
+        empty = {"increments": self.increments[:0], "moments": self.moments[:0], "meeting": np.zeros((0, 0))}
+        return replace(self, **none, **empty)
 
     def table(self) -> np.record:
         """The packed arrays behind the table of a law."""
         single = self.single.table
-        coupling = _with_slopes(self.coupling)
-        increments = _nodes(self.increments, self.largest_load)
+        coupling = _with_slopes(np.concatenate([self.coupling[None], self.moment_coupling]))
+        increments = _nodes(self.increments, self.moments, self.largest_load)
         arrays = {
             "pitch_1": self.pitch_1,
             "pitch_2": self.pitch_2,
             "variant_1": np.array(self.variant_1, float),
             "variant_2": np.array(self.variant_2, float),
             "coupling": coupling,
+            "meeting": self.meeting,
         }
         kind = np.dtype(
             (
@@ -117,6 +153,9 @@ class ToothPairs:
             coupled=self.coupling.shape[1],
             placed=self.increments.shape[1],
             loads=INCREMENT_LOADS,
+            in_block=len(self.increments) // self.blocks,
+            of_pinion=self.meeting.shape[0],
+            of_wheel=self.meeting.shape[1],
             first=self.first,
             last=self.last,
             coupled_first=self.coupled_first,
@@ -131,25 +170,34 @@ class ToothPairs:
 
 
 def _with_slopes(values: np.ndarray) -> np.ndarray:
-    """(n_distance, n, 2) values with their slopes per step."""
-    steps = np.arange(values.shape[1])
-    slopes = scipy.interpolate.CubicSpline(steps, values, axis=1)(steps, 1)
+    """(..., n, 2) values with their slopes per step."""
+    steps = np.arange(values.shape[-1])
+    slopes = scipy.interpolate.CubicSpline(steps, values, axis=-1)(steps, 1)
     return np.stack([values, slopes], axis=-1)
 
 
-def _nodes(values: np.ndarray, largest_load: float) -> np.ndarray:
-    """(n_variant, n, n_t) records INCREMENT: flat at t = 0, where the load grows with t^2."""
+def _nodes(values: np.ndarray, moments: np.ndarray, largest_load: float) -> np.ndarray:
+    """(n_variant, n, n_t) records INCREMENT: flat at t = 0, where the load grows with t^2.
+
+    Moments grow with t^3 there, so that those of the neighbours do not change at which deflection teeth touch.
+    """
     nodes = np.zeros(values.shape, INCREMENT)
     if not len(values):
         return nodes
     t, s = np.linspace(0, 1, values.shape[2]), np.arange(values.shape[1])
-    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
-    nodes["value"], nodes["by_t"] = values, over_t(t, 1) * t[1]
+    slopes = scipy.interpolate.PchipInterpolator(t, values, axis=2)(t, 1)
+    slopes[..., 0] = 0
+    over_t = scipy.interpolate.CubicHermiteSpline(t, values, slopes, axis=2)
+    nodes["value"], nodes["by_t"] = values, slopes * t[1]
     points, weights = np.polynomial.legendre.leggauss(3)
     inner = (t[:-1, None] + t[1] * (points + 1) / 2).ravel()
     shares = (over_t(inner) * inner * np.tile(weights / 2, t.size - 1) * t[1]).reshape(*values.shape[:2], -1, 3)
     nodes["work"][..., 1:] = 2 * largest_load * np.cumsum(shares.sum(axis=-1), axis=-1)
-    for name, slope in (("value", "by_s"), ("by_t", "by_t_s"), ("work", "work_by_s")):
+    of_moments = scipy.interpolate.PchipInterpolator(t, moments, axis=2)(t, 1)
+    of_moments[..., 0], of_moments[..., 1] = 0, 3 * moments[..., 1] / t[1]
+    nodes["moment"], nodes["moment_by_t"] = moments, of_moments * t[1]
+    slopes_of = ("value", "by_s"), ("by_t", "by_t_s"), ("work", "work_by_s")
+    for name, slope in (*slopes_of, ("moment", "moment_by_s"), ("moment_by_t", "moment_by_t_s")):
         nodes[slope] = scipy.interpolate.CubicSpline(s, nodes[name], axis=1)(s, 1)
     return nodes
 
@@ -159,8 +207,8 @@ def tooth_pairs_of(data: xr.Dataset, law: type) -> ToothPairs:
     pair, parts = pair_of(data), np.asarray(data.attrs["parts"], float)
     first, last = float(parts[0]), float(parts[-1])
     variants = [data[f"{gear}_variant_of"].values for gear in ("pinion", "wheel")]
-    increments = [_increments(data, gear) for gear in ("pinion", "wheel")]
-    second = np.where(variants[1] >= 0, variants[1] + len(increments[0]), -1)
+    meeting = data["meeting_of"].values
+    second = np.where(variants[1] >= 0, variants[1] + len(meeting), -1)
     at = data["coupled_position"].values
     return ToothPairs(
         single=law(**_single(data, parts)),
@@ -173,7 +221,10 @@ def tooth_pairs_of(data: xr.Dataset, law: type) -> ToothPairs:
         coupling=data["coupling"].values,
         coupled_first=float(at[0]),
         coupled_steps=float(1 / (at[1] - at[0])),
-        increments=np.concatenate(increments),
+        moment_coupling=data["moment_coupling"].values,
+        increments=_increments(data, "increment"),
+        moments=_increments(data, "moment"),
+        meeting=np.where(meeting >= 0, meeting + sum(meeting.shape), -1),
         placed_first=float(data["increment_position"][0]),
         placed_steps=float(1 / np.diff(data["increment_position"].values[:2])[0]),
         largest_load=float(data["increment_torque"][-1]) / pair.pinion.r_b,
@@ -224,9 +275,14 @@ def _single(data: xr.Dataset, parts: np.ndarray) -> Mapping[str, Any]:
     }
 
 
-def _increments(data: xr.Dataset, gear: str) -> np.ndarray:
-    """(n_variant, n, INCREMENT_LOADS) increments of a gear at evenly spaced positions and t."""
-    values = data[f"{gear}_increment"].transpose(f"{gear}_variant", "increment_position", "increment_torque").values
+def _increments(data: xr.Dataset, what: str) -> np.ndarray:
+    """(n_block n_variant, n, INCREMENT_LOADS) increments, or moments, at evenly spaced positions and t."""
     t = np.sqrt(data["increment_torque"].values / float(data["increment_torque"][-1]))
-    over_t = scipy.interpolate.CubicSpline(t, values, axis=2, bc_type=("clamped", "not-a-knot"))
-    return over_t(np.linspace(0, 1, INCREMENT_LOADS))
+    axes = [name for name in LAW_OFFSETS if name in data.dims]
+    of_blocks = []
+    for of in ("pinion_variant", "wheel_variant", "meeting"):
+        of_gear = data[f"{of.removesuffix('_variant')}_{what}"]
+        of_blocks.append(of_gear.transpose(*axes, of, "increment_position", "increment_torque").values)
+    values = np.concatenate(of_blocks, axis=len(axes))
+    values = values.reshape(-1, *values.shape[-2:])
+    return scipy.interpolate.PchipInterpolator(t, values, axis=2)(np.linspace(0, 1, INCREMENT_LOADS))

@@ -63,6 +63,19 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             ends = [model.turning[rotor.body], model.turning[rotor.name]]
             yield ElasticElement(rotor.spring, "coupling", embedded(spring, ends, q.size))
     yield from on_housing(model)
+    yield from on_moving_seats(model, q)
+
+
+def on_moving_seats(model: Model, q: np.ndarray) -> Iterator[ElasticElement]:
+    """The bearings on moving seats, and a housing with coordinates, at coordinates q (n,) of the system."""
+    if model.seats is None:
+        return
+    for seat in model.seats.seats:
+        tangent = tangent_stiffness(seat.bearing, 0.0, seat.rows @ q[model.seats.indices])
+        matrix = embedded(seat.rows.T @ tangent @ seat.rows, model.seats.indices, q.size)
+        yield ElasticElement(f"{seat.seat[0]} bearing at {seat.seat[1] / mm:.4g} mm", "bearing", matrix)
+    if housing := model.seats.housing:
+        yield ElasticElement("housing", "housing", embedded(housing.stiffness, model.seats.of_housing, q.size))
 
 
 def on_housing(model: Model) -> Iterator[ElasticElement]:
@@ -81,8 +94,12 @@ def on_housing(model: Model) -> Iterator[ElasticElement]:
 
 def _beside_housing(model: Model, shaft: Shaft) -> dict[float, Bearing | RollingBearing]:
     """The bearings of a shaft that stand on ground."""
-    housing = model.gearbox.housing
-    return {x: bearing for x, bearing in shaft.bearings.items() if seat_number(housing, shaft.name, x) is None}
+    housing, moving = model.gearbox.housing, [x.seat for x in model.seats.seats] if model.seats else []
+    return {
+        x: bearing
+        for x, bearing in shaft.bearings.items()
+        if seat_number(housing, shaft.name, x) is None and (shaft.name, x) not in moving
+    }
 
 
 def _over(built: BuiltShaft, matrix: np.ndarray, n: int) -> np.ndarray:

@@ -9,6 +9,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
+from exugear.contact.contact_frame import E_Z, GearBody, frame_on
 from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import (
     is_spatial,
@@ -16,12 +17,12 @@ from exugear.contact.reference_configuration import (
     reference_state,
     rotational_frame,
     rotational_row,
-    spatial_frame,
     spatial_row,
 )
-from exugear.contact.rotation import SPIN
+from exugear.contact.rotation import CODES, SPIN
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox, anchors_of
+from exugear.gearbox.housing import Housing
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
@@ -42,6 +43,7 @@ from exugear.multibody.housing import add_housing
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
+from exugear.multibody.moving_seats import add_moving_seats, located_seats, moving_seats, positions_on
 from exugear.multibody.planet_pins import Pin, add_pin, pin_of
 from exugear.multibody.unbalance import add_unbalance
 from exugear.planning.built_plan import BuiltPlan
@@ -78,6 +80,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
     }
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
+    on_seats = moving_seats(gearbox, scene)
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
@@ -92,10 +95,13 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
     elastics = {
-        name: add_elastic_shaft(mbs, elastic, of_gears[name], rotors.get(elastic.shaft.end_name))
+        name: add_elastic_shaft(
+            mbs, elastic, of_gears[name], rotors.get(elastic.shaft.end_name), positions_on(on_seats, elastic.shaft)
+        )
         for name, elastic in scene.elastic.items()
     }
     add_housing(mbs, gearbox, scene, bodies, elastics)
+    seats = add_moving_seats(mbs, gearbox, scene, bodies, elastics)
     end_markers = {
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
@@ -114,7 +120,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
     numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    further = pins, tuple(further_drives), elastics, rings
+    further = pins, tuple(further_drives), elastics, rings, located_seats(mbs, seats)
     system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further)
     hold_members(system)
     return linearized(system, gearbox.independent)
@@ -128,7 +134,7 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     names = [shaft.name for shaft in gearbox.shafts]
     unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
     require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
-    _check_suits(scene, suitable)
+    _check_suits(scene, suitable, gearbox.housing)
     sections = {shaft.name: shaft for shaft in gearbox.shafts if shaft.sections}
     altered = [name for name, elastic in scene.elastic.items() if elastic.shaft != sections.get(name)]
     require(not altered, f"plan is for shafts {altered} with other sections or parts; pass exugear.plan(gearbox)")
@@ -142,7 +148,7 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     return scene
 
 
-def _check_suits(scene: Plan, suitable: Plan) -> None:
+def _check_suits(scene: Plan, suitable: Plan, housing: Housing | None) -> None:
     """ValueError unless a plan has the stages, damping, backlash and bearings of the plan of this gearbox."""
     same_stages = list(scene.laws) == list(suitable.laws)
     unlike = f"plan is for the stages {list(scene.laws)}, the gearbox has {list(suitable.laws)}"
@@ -152,6 +158,9 @@ def _check_suits(scene: Plan, suitable: Plan) -> None:
         choice = suitable.shafts[name]
         unreduced = kind is Coordinates.JOINT or (kind.on_bearings and choice is Coordinates.PLANAR)
         require(kind is choice or unreduced, f"{remedy}: shaft {name!r} has {kind.value} instead of {choice.value}")
+    of_plan = scene.elastic_housing.housing if scene.elastic_housing else None
+    wrong = f"{remedy}: its housing is {of_plan}"
+    require(of_plan is None or of_plan is housing, wrong)
     for label, law in scene.laws.items():
         given, needed = ((x.damping, x.backlash, x.stiffness_max) for x in (law, suitable.laws[label]))
         alike = np.allclose(given, needed, rtol=1e-9, atol=0.0, equal_nan=True)
@@ -184,7 +193,8 @@ def _add_contact(
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
-    frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
+    kinds = [kind_of(mbs, item) for item in items]
+    frame = _frame(gearbox, number, kinds[:2], spatial=displaced or set(kinds) != {SPIN})
     if ring := rings[number]:
         frame = changed(frame, modes=ring.record.modes, ring=address_of(ring.record))
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
@@ -199,19 +209,22 @@ def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.
     return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
-def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
-    """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
+def _frame(gearbox: Gearbox, number: int, kinds: Sequence[str], *, spatial: bool) -> np.record:
+    """Contact frame of a stage on bodies of these kinds; spatial: whether they are displaced, or move beside spins."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
     direction = gearbox.flank_senses[number]
     gap = gearbox.gaps[number]
     if not spatial:
         return changed(rotational_frame(stage.pair, phase, direction), gap=gap)
-    axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
-    poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
+    pinion, wheel = (
+        GearBody(CODES[kind], np.array(pose(gearbox, shaft)), E_Z, (s - shaft.centre) * E_Z)
+        for kind, shaft, s in zip(kinds, (stage.fast, stage.slow), stage.axial_positions, strict=True)
+    )
     nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0, "gap": gap}
     if stage.carrier and stage.carrier.name not in gearbox.carriers_of_pins:
-        nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions)
-    return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
+        centres = [shaft.centre for shaft in (stage.fast, stage.slow)]
+        nominal["fixed"] = displacements_in_housing(stage, gearbox.shaft_positions, centres)
+    return frame_on(stage.pair, phase, direction, (pinion, wheel), **nominal)
 
 
 def _row(
@@ -252,13 +265,14 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_g
     if shaft.name in of_gears:
         body = of_gears[shaft.name][shaft.stations[0]]
     else:
-        body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
+        body = _add_supported_body(mbs, ground, gearbox, shaft, scene)
     add_drags(mbs, node_of(mbs, body), shaft, coordinates)
     return body
 
 
-def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
+def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan) -> int:
     """Add a shaft as a body with its bearings or its joint."""
+    coordinates = scene.shafts[shaft.name]
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
@@ -285,7 +299,8 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         axis = list(shaft.offset.axis)
         mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
     else:
-        add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
+        on_seats = positions_on(moving_seats(gearbox, scene), shaft)
+        add_bearings(mbs, node_of(mbs, body), shaft, coordinates, on_seats)
         for axial, unbalance in shaft.unbalances:
             rows = rigid_motion(axial - shaft.centre)[:2]
             add_unbalance(mbs, [node_of(mbs, body)], rows, coordinates.spin_index, unbalance)

@@ -4,7 +4,7 @@ Linear bearings are stiffness and damping matrices; nonlinear bearings and drags
 kernels read records.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 from typing import Any
 
@@ -50,17 +50,23 @@ DRAG_SIZE, DRAGS_SIZE = DRAG.itemsize, DRAGS.itemsize
 drag_at, drags_at = reader(DRAG), reader(DRAGS)
 
 
-def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
-    """Add the bearings of a shaft, with the external forces and the weight that they carry, to the node of its body."""
+def add_bearings(
+    mbs, node: int, shaft: Shaft, coordinates: Coordinates, on_moving_seats: Collection[float] = ()
+) -> None:
+    """Add the bearings of a shaft, with the external forces and the weight that they carry, to the node of its body.
+
+    on_moving_seats   axial positions [m] of bearings that are left out (`exugear.multibody.moving_seats`)
+    """
     stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
-    for axial, bearing in shaft.bearings.items():
+    standing = {axial: bearing for axial, bearing in shaft.bearings.items() if axial not in on_moving_seats}
+    for axial, bearing in standing.items():
         k = linear_part(bearing, axial - shaft.centre)
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     part = np.ix_(coordinates.components, coordinates.components)
     matrices: dict[str, Any] = {"stiffnessMatrix": stiffness[part], "dampingMatrix": damping[part]}
     load = shaft.constant_load[coordinates.components]
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], forceVector=load, **matrices)]
-    for axial, bearing in shaft.bearings.items():
+    for axial, bearing in standing.items():
         if isinstance(bearing, RollingBearing):
             items.append(add_rolling_bearing(mbs, node, bearing, axial - shaft.centre))
         elif not bearing.linear:

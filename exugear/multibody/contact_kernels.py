@@ -41,7 +41,7 @@ from fem.support.numba_cache import compiled, kept
 
 STANDING = Spin(0.0, 0.0, 0.0)
 #: Velocity in the plane of an axis that stands.
-AT_REST = (0.0, 0.0)
+AT_REST = (0.0, 0.0, 0.0, 0.0)
 
 
 def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
@@ -121,6 +121,8 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
     if state.imposed[2]:
         by_shift = geometry.pinion[0] * v_1[0] + geometry.pinion[1] * v_1[1]
         by_shift = by_shift + geometry.wheel[0] * v_2[0] + geometry.wheel[1] * v_2[1]
+        by_shift = by_shift + geometry.pinion[3] * v_1[3] + geometry.pinion[4] * v_1[4]
+        by_shift = by_shift + geometry.wheel[3] * v_2[3] + geometry.wheel[4] * v_2[4]
         by_carrier = (geometry.pinion[5] + geometry.wheel[5]) * carrier_speed - by_shift
     imposed_rate, by_bearings = by_pinion + by_wheel - by_carrier, 0.0
     turning, across, along = orbit_of(geometry, v_1, v_2)
@@ -188,21 +190,29 @@ def in_carrier_frame(x, carrier):
 
 @compiled
 def fixed_in_housing(displacement, carrier):
-    """Displacement (2) seen from its carrier, less that at angle 0, and its slope by the carrier's angle.
+    """Displacement and tilts (4) seen from their carrier, less those at angle 0, and their slopes by its angle.
 
-    displacement   (2,) of an axis that stands in the housing [m]
+    displacement   (4,) of an axis that stands in the housing [m, rad]; tilts turn as vectors, to their first order
     """
     s, c = sin(carrier.angle), cos(carrier.angle)
-    x, y = displacement[0], displacement[1]
-    return ((c - 1.0) * x + s * y, (c - 1.0) * y - s * x), (c * y - s * x, -c * x - s * y)
+    x, y, a, b = displacement[0], displacement[1], displacement[2], displacement[3]
+    moved = (c - 1.0) * x + s * y, (c - 1.0) * y - s * x, (c - 1.0) * a + s * b, (c - 1.0) * b - s * a
+    return moved, (c * y - s * x, -c * x - s * y, c * b - s * a, -c * a - s * b)
 
 
 @compiled
 def displaced(motion, moved, slope, speed):
-    """A `BodyMotion` with a further displacement (2) and its rate: its slope times the speed of the carrier."""
+    """A `BodyMotion` with further displacement and tilts (4) and their rates: slopes times the speed of the carrier."""
     q, v = motion.q, motion.v
-    at = q[0] + moved[0], q[1] + moved[1], *q[2:]
-    moving = v[0] + slope[0] * speed, v[1] + slope[1] * speed, *v[2:]
+    at = q[0] + moved[0], q[1] + moved[1], q[2], q[3] + moved[2], q[4] + moved[3], q[5]
+    moving = (
+        v[0] + slope[0] * speed,
+        v[1] + slope[1] * speed,
+        v[2],
+        v[3] + slope[2] * speed,
+        v[4] + slope[3] * speed,
+        v[5],
+    )
     return BodyMotion(at, moving, motion.orientation)
 
 
@@ -247,7 +257,8 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         f, g = forces_on(kind_1, pinion.orientation, forces_1), forces_on(kind_2, wheel.orientation, forces_2)
         torque_3 = 0.0
         if carried == 1:
-            by_shift = f[0] * slope_1[0] + f[1] * slope_1[1] + g[0] * slope_2[0] + g[1] * slope_2[1]
+            by_shift = f[0] * slope_1[0] + f[1] * slope_1[1] + f[3] * slope_1[2] + f[4] * slope_1[3]
+            by_shift = by_shift + g[0] * slope_2[0] + g[1] * slope_2[1] + g[3] * slope_2[2] + g[4] * slope_2[3]
             torque_3 = by_shift - f[5] - g[5]
         k = sample_of(record, t)
         if k >= 0:

@@ -25,7 +25,7 @@ import numpy as np
 
 from exugear.contact.recorder import HEADER
 from exugear.contact.reference_configuration import turns_forces
-from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPATIAL, SPIN, velocity_by_vector
+from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPIN, velocity_by_vector
 from exugear.mesh_force.kernel_records import address_of, changed, floats_of
 from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, BY_PHASE, DAMPING, FORCE, law_slopes
 from exugear.mesh_force.layout import start_of_field
@@ -40,8 +40,8 @@ TOUCHING = 1e-9
 AHEAD = 1e-8
 #: Mesh frequency [Hz] below which the change over the phase is left out of Newton's matrix.
 SLOWEST = 1.0
-#: Displacements of the bodies of a model among those of an Rxyz body.
-COMPONENTS = {SPIN: [5], PLANAR: [0, 1, 5], SPATIAL: [*range(6)]}
+#: Displacements of bodies that do not move in space among those of an Rxyz body.
+COMPONENTS = {SPIN: [5], PLANAR: [0, 1, 5]}
 #: Relative step of the held numbers where friction depends on them.
 HELD_STEP = 1e-6
 #: Backlash [m] with which the flank of a held contact stays the same.
@@ -228,7 +228,7 @@ def _by_bearings(held: HeldContact, n: int) -> np.ndarray:
     """(n,) factors of the velocities by which bearings let the rate of the advance lag."""
     factors, first = np.zeros(n), 0
     for kind, lag in zip(held.kinds, (PINION_LAG, WHEEL_LAG), strict=False):
-        components = COMPONENTS[kind]
+        components = COMPONENTS.get(kind, [*range(6)])
         factors[first : first + len(components)] = held.floats[lag][components]
         first += len(components)
     return factors

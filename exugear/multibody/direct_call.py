@@ -24,6 +24,7 @@ from collections.abc import Callable, Sequence
 from ctypes import CFUNCTYPE, POINTER, PYFUNCTYPE, addressof, c_char_p, c_double, c_int, c_uint64, c_void_p, py_object
 from functools import cache
 from importlib.metadata import version
+from inspect import CO_VARARGS
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -202,8 +203,16 @@ def record_of_exudyn():
 
 
 def entry_of(kernel, number: int, n: int) -> int:
-    """Address of the compiled code of a kernel that takes a number of addresses, for n coordinates."""
-    _, _, arguments, _ = kernel.get_call_template((types.int64,) * number + (types.float64,) * (1 + 2 * n), {})
+    """Address of the compiled code of a kernel that takes a number of addresses, for n coordinates.
+
+    Coordinates and velocities that a kernel takes as *x are one tuple to numba, as where Python calls it: the same code
+    serves both.
+    """
+    state = (types.float64,) * (2 * n)
+    if kernel.py_func.__code__.co_flags & CO_VARARGS:
+        state = (types.UniTuple(types.float64, 2 * n),)
+    arguments = (types.int64,) * number + (types.float64, *state)
+    kernel.compile(arguments)
     overload = kernel.overloads[arguments]
     if overload.signature.return_type != types.UniTuple(types.float64, n):
         raise ValueError(f"a kernel must return {n} floats")

@@ -7,7 +7,7 @@ gyroscopic moments, which are proportional to the speed, and nonlinear bearings,
 follows.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
@@ -44,14 +44,14 @@ from exugear.rolling_bearings.law import law_at
 from fem.support.numba_cache import compiled, kept
 
 #: Number of elastic coordinates, index of the spin, number of nonlinear bearings; addresses of the gyroscopic matrix
-#: (n, n), of the rows (elastic, n) that measure the elastic coordinates, of room for coordinates and velocities (2 n)
-#: and for forces (n), and of the `BEARING` records.
+#: (n, n), 0 without, of the rows (elastic, n) that measure the elastic coordinates, of room for coordinates and
+#: velocities (2 n) and for forces (n), and of the `BEARING` records.
 ELASTIC = record_type(
     *((name, "i8") for name in ("elastic", "spin", "number", "polar", "rows", "state", "forces", "bearings"))
 )
 #: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `BEARING_STEPS`, and of the rows (5, n) that
-#: measure the motion at the bearing.
-BEARING = record_type(*((name, "i8") for name in ("radial", "law", "steps", "rows")))
+#: measure the motion at the bearing; index of the spin with which its cage rolls.
+BEARING = record_type(*((name, "i8") for name in ("radial", "law", "steps", "rows", "spin")))
 elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
 BEARING_SIZE = BEARING.itemsize
 
@@ -118,10 +118,15 @@ class BuiltShaft:
         return mass
 
 
-def at_bearings(elastic: ElasticShaft) -> list[tuple[np.ndarray, Bearing | RollingBearing]]:
-    """(6, size) rows that measure the motion at each bearing, and the bearing; none of a shaft that only spins."""
+def at_bearings(
+    elastic: ElasticShaft, left_out: Collection[float] = ()
+) -> list[tuple[np.ndarray, Bearing | RollingBearing]]:
+    """(6, size) rows that measure the motion at each bearing, and the bearing; none of a shaft that only spins.
+
+    left_out   axial positions of other bearings [m]
+    """
     bearings = elastic.shaft.bearings if elastic.spatial else {}
-    return [(elastic.at_bearing(axial), bearing) for axial, bearing in bearings.items()]
+    return [(elastic.at_bearing(axial), bearing) for axial, bearing in bearings.items() if axial not in left_out]
 
 
 def inertias_of_bodies(elastic: ElasticShaft) -> list[Disc]:
@@ -152,14 +157,19 @@ def add_bodies_of_gears(mbs, pose: list[float], elastic: ElasticShaft) -> dict[f
     return bodies
 
 
-def add_elastic_shaft(mbs, elastic: ElasticShaft, bodies: Mapping[float, int], end: int | None) -> BuiltShaft:
-    """Add matrices and bearings of an elastic shaft to the bodies of its gears and to the rotor of its end, if any."""
+def add_elastic_shaft(
+    mbs, elastic: ElasticShaft, bodies: Mapping[float, int], end: int | None, on_moving_seats: Collection[float] = ()
+) -> BuiltShaft:
+    """Add matrices and bearings of an elastic shaft to the bodies of its gears and to the rotor of its end, if any.
+
+    on_moving_seats   axial positions [m] of bearings that are left out (`exugear.multibody.moving_seats`)
+    """
     nodes = [node_of(mbs, body) for body in [*bodies.values(), *([] if end is None else [end])]]
     if elastic.further:
         nodes.append(further_node(mbs, f"{elastic.shaft.name} shapes", elastic.further))
     recorder = BodyRecorder(("amplitudes", "rates"), vector_size=len(elastic.amplitude_rows))
     built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
-    number = _add_matrices(mbs, nodes, built)
+    number = _add_matrices(mbs, nodes, built, on_moving_seats)
     for axial, unbalance in elastic.shaft.unbalances if elastic.spatial else ():
         add_unbalance(mbs, nodes, elastic.at_bearing(axial)[:2], int(elastic.turning[0]), unbalance)
     return replace(built, number=number)
@@ -175,22 +185,22 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
     mbs.SetObjectParameter(built.number, "massMatrix", built.mass_beside(held=held))
 
 
-class _Nonlinear(NamedTuple):
-    """The nonlinear bearings of a shaft: (rows (6, n), bearing, steps or None), records, what these point to."""
+class NonlinearBearings(NamedTuple):
+    """Nonlinear bearings: (rows (6, n), bearing, index of its spin, steps or None), records, what these point to."""
 
-    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, np.record | None]]
+    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, int, np.record | None]]
     records: np.ndarray
     arrays: list[Any]
 
 
-def _nonlinear(elastic: ElasticShaft) -> _Nonlinear:
-    """The nonlinear bearings of an elastic shaft with the records that the kernel reads."""
-    nonlinear = [(rows, bearing) for rows, bearing in at_bearings(elastic) if not bearing.linear]
+def nonlinear_bearings(measured_by: Sequence[tuple[np.ndarray, Bearing | RollingBearing, int]]) -> NonlinearBearings:
+    """The nonlinear ones of bearings with rows (6, n) and the index of a spin, with the records of the kernel."""
+    nonlinear = [each for each in measured_by if not each[1].linear]
     bearings, records = [], np.zeros(len(nonlinear), BEARING)
     arrays: list[Any] = []
-    for record, (rows, bearing) in zip(records, nonlinear, strict=True):
+    for record, (rows, bearing, spin) in zip(records, nonlinear, strict=True):
         measuring = np.ascontiguousarray(rows[:5])
-        record["rows"], steps = measuring.ctypes.data, None
+        record["rows"], record["spin"], steps = measuring.ctypes.data, spin, None
         if isinstance(bearing, RollingBearing):
             law, steps = bearing.record_of_runs(0.0), np.zeros(1, BEARING_STEPS)[0]
             record["law"], record["steps"] = law.address, address_of(steps)
@@ -199,12 +209,12 @@ def _nonlinear(elastic: ElasticShaft) -> _Nonlinear:
             radial = radial_record(bearing, 0.0)
             record["radial"] = address_of(radial)
             arrays.append(radial)
-        bearings.append((rows, bearing, steps))
+        bearings.append((rows, bearing, spin, steps))
         arrays += [measuring, steps]
-    return _Nonlinear(bearings, records, arrays)
+    return NonlinearBearings(bearings, records, arrays)
 
 
-def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
+def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft, left_out: Collection[float]) -> int:
     """Add the object with the matrices that bodies lack, the bearings among them, the end free."""
     elastic, recorder = built.elastic, built.recorder
     polar = elastic.polar_matrix.copy()
@@ -212,12 +222,14 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
         polar[6 * i + 3, 6 * i + 4] -= body.inertia
         polar[6 * i + 4, 6 * i + 3] += body.inertia
     stiffness, damping = elastic.stiffness_matrix.copy(), elastic.damping_matrix.copy()
-    for rows, bearing in at_bearings(elastic):
+    bearings, spin = at_bearings(elastic, left_out), int(elastic.turning[0])
+    for rows, bearing in bearings:
         k = rows.T @ linear_part(bearing, 0.0) @ rows
         stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     matrices = built.mass_beside(held=False), stiffness, damping, polar
-    measured_by = int(elastic.turning[0]), elastic.amplitude_rows
-    name, load, nonlinear = f"{elastic.shaft.name} shaft", elastic.constant_load, _nonlinear(elastic)
+    measured_by = spin, elastic.amplitude_rows
+    nonlinear = nonlinear_bearings([(rows, bearing, spin) for rows, bearing in bearings])
+    name, load = f"{elastic.shaft.name} shaft", elastic.constant_load
     return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, load=load, nonlinear=nonlinear)
 
 
@@ -225,27 +237,29 @@ def add_matrices(
     mbs,
     name: str,
     nodes: list[Any],
-    matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    matrices: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None],
     measured_by: tuple[int, np.ndarray],
     recorder: BodyRecorder,
     *,
     load: np.ndarray | None = None,
-    nonlinear: _Nonlinear | None = None,
+    nonlinear: NonlinearBearings | None = None,
 ) -> int:
     """Add an object with constant matrices on nodes, which records amplitudes; returns its number.
 
-    matrices      mass, stiffness, damping, and gyroscopic moments per speed, (n, n)
+    matrices      mass, stiffness, damping, and gyroscopic moments per speed or None, (n, n)
     measured_by   index of the coordinate whose rate is that speed, and rows (m, n) of the amplitudes
     load          (n,) constant forces
-    nonlinear     bearings of an elastic shaft
+    nonlinear     bearings
     """
     (mass, stiffness, damping, polar), (spin, rows), n = matrices, measured_by, len(matrices[0])
-    nonlinear = nonlinear or _Nonlinear([], np.zeros(0, BEARING), [])
+    nonlinear = nonlinear or NonlinearBearings([], np.zeros(0, BEARING), [])
     room = np.zeros(2 * n), np.zeros(n)
-    arrays = np.ascontiguousarray(polar), np.ascontiguousarray(rows), *room
+    gyroscopic = np.zeros((n, n)) if polar is None else polar
+    arrays = np.ascontiguousarray(gyroscopic), np.ascontiguousarray(rows), *room
     record = np.zeros(1, ELASTIC)[0]
     record.elastic, record.spin, record.number = recorder.vector_size, spin, len(nonlinear.records)
     record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
+    record.polar = 0 if polar is None else record.polar
     record.bearings = nonlinear.records.ctypes.data
     kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
 
@@ -260,10 +274,10 @@ def add_matrices(
             raise (OutOfRange(f"{beyond}; extend it") if r < FAR else Diverged(beyond)) from None
 
     def elastic_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        jacobian = factor_t * q_t[spin] * polar
-        jacobian[:, spin] += factor_t * polar @ q_t
-        for rows, bearing, steps in nonlinear.bearings:
-            at_bearing = np.append(rows[:5] @ np.array(q), q[spin])
+        jacobian = factor_t * q_t[spin] * gyroscopic
+        jacobian[:, spin] += factor_t * gyroscopic @ q_t
+        for rows, bearing, turning, steps in nonlinear.bearings:
+            at_bearing = np.append(rows[:5] @ np.array(q), q[turning])
             tangent = tangent_stiffness(bearing, 0.0, at_bearing) - linear_part(bearing, 0.0)
             share = (factor + factor_t * bearing.damping_time) * tangent
             if steps is not None and steps.duration:
@@ -342,7 +356,7 @@ def elastic_kernel(n: int):
         speed = state[n + shaft.spin]
         for i in range(n):
             forces[i] = 0.0
-        for j in range(n):
+        for j in range(n if shaft.polar else 0):
             # -polar is its transpose, whose rows lie together
             rate = speed * state[n + j]
             for i in range(n):
@@ -351,12 +365,12 @@ def elastic_kernel(n: int):
             bearing = bearing_at(shaft.bearings + BEARING_SIZE * k)
             rows = carray(doubles_at(bearing.rows), (5, n))
             q, q_t = measured(rows, state, 0, n), measured(rows, state, n, n)
-            f = reaction_on_elastic(bearing, t, q, q_t, state[shaft.spin])
+            f = reaction_on_elastic(bearing, t, q, q_t, state[bearing.spin])
             for j in range(n):
                 forces[j] += (
                     rows[0, j] * f[0] + rows[1, j] * f[1] + rows[2, j] * f[2] + rows[3, j] * f[3] + rows[4, j] * f[4]
                 )
-            forces[shaft.spin] += f[5]
+            forces[bearing.spin] += f[5]
         k = sample_of(recorder, t)
         if k >= 0:
             header = header_at(recorder)

@@ -10,6 +10,7 @@ import numpy as np
 
 from exugear.contact.reference_configuration import is_spatial, state_at_coordinates
 from exugear.gearbox.bearing import Bearing, radial_points
+from exugear.gearbox.bearing_law import potential, tangent_stiffness
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_dynamics import ARMIJO, MOST_STEPS, SMALLEST_STEP, elastic_displacement, static_displacement
@@ -21,6 +22,7 @@ from exugear.multibody.guarded_solves import exudyn_settings
 from exugear.multibody.model import (
     Mesh,
     Model,
+    bearings_of,
     by_shaft,
     constant_loads,
     end_coordinate,
@@ -234,13 +236,14 @@ def _shared_among_planets(
 
 
 def _minimum(model: Model, q: np.ndarray, free: np.ndarray, linear: np.ndarray, loads: np.ndarray) -> np.ndarray:
-    """Coordinates (n,) of least potential of rolling bearings on pins and a linear rest: Newton's iteration from q.
+    """Coordinates (n,) of least potential of nonlinear bearings and a linear rest: Newton's iteration from q.
 
     free     indices of the coordinates that move
     linear   (n, n) stiffness of the rest
     loads    (n,) at coordinates 0 [N, N m]
     """
     pins = [(pin, *pin_coordinates(model, pin)) for pin in model.pins if pin.law is not None]
+    nonlinear = [each for each in bearings_of(model) if not each[1].linear] if model.seats else []
 
     def potential_of(q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         strained, hessian = linear @ q, linear.copy()
@@ -250,6 +253,11 @@ def _minimum(model: Model, q: np.ndarray, free: np.ndarray, linear: np.ndarray, 
             energy, among = energy + of_pin[0], np.ix_(part, part)
             gradient[part] += of_pin[1]
             hessian[among] += of_pin[2]
+        for rows, bearing, indices in nonlinear:
+            of_bearing, among = potential(bearing, 0.0, rows[:5] @ q[indices]), np.ix_(indices, indices)
+            energy = energy + of_bearing[0]
+            gradient[indices] += rows[:5].T @ of_bearing[1]
+            hessian[among] += rows[:5].T @ of_bearing[2] @ rows[:5]
         return energy, gradient, hessian
 
     energy, gradient, hessian = potential_of(q)
@@ -311,7 +319,8 @@ def _state_at(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[float, float, fl
         on_bodies[:, 5] -= turned
         beside[model.spins[stage.carrier.name]] = 0.0
         back = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
-        on_bodies[:, :2] += mesh.frame.fixed @ back - mesh.frame.fixed
+        for part, fixed in zip((slice(0, 2), slice(3, 5)), np.split(mesh.frame.fixed, 2, axis=1), strict=True):
+            on_bodies[:, part] += fixed @ back - fixed
     if is_spatial(mesh.frame):
         deflection, opening, phase = state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
         return deflection + beside @ q, opening, phase
@@ -536,8 +545,21 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
                 raise NoEquilibrium(f"{error}; {NOT_CARRIED}") from None
             _check_tables(shaft, radial_forces)
             q[moving] = displacement[kind.components[:-1]]
+    if model.seats:
+        q = _on_moving_seats(model, q, on_coordinates)
     _check_yield(model, forces, q)
     return q
+
+
+def _on_moving_seats(model: Model, q: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """Coordinates of least potential of shafts and housing under forces (n,), from q of shafts whose seats stand."""
+    stiffness, rest = matrices_without_meshes(model)[1], np.zeros(q.size)
+    for rows, bearing, indices in bearings_of(model):
+        if not bearing.linear:
+            stiffness[np.ix_(indices, indices)] -= rows.T @ tangent_stiffness(bearing, 0.0, rows @ rest[indices]) @ rows
+    fixed = [*model.spins.values(), *model.rotor_spins.values(), *held_by_joints(model)]
+    free = np.setdiff1d(np.arange(q.size), fixed)
+    return _minimum(model, q, free, stiffness, forces + constant_loads(model))
 
 
 def _check_tables(shaft: Shaft, radial_forces: Mapping[float, float]) -> None:
@@ -628,7 +650,7 @@ def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = Ru
     except Exception as error:
         if isinstance(error.__cause__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
-        if isinstance(error, AttributeError | NameError | ImportError):
+        if isinstance(error, AttributeError | NameError | ImportError | LookupError):
             raise  # a mistake in the code, of which Newton's iteration knows nothing
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"

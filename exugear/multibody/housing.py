@@ -20,8 +20,8 @@ from fem.support.validation import require
 
 
 def coupling_of(gearbox: Gearbox, scene: Plan) -> SeatCoupling | None:
-    """Bearings and housing of a gearbox by a plan; None where no shaft moves on a seat."""
-    if gearbox.housing is None:
+    """Bearings and housing of a gearbox by a plan; None where no shaft moves on a seat, or these have coordinates."""
+    if gearbox.housing is None or scene.elastic_housing is not None:
         return None
     on_bearings = [name for name, kind in scene.shafts.items() if kind.on_bearings]
     moving = [name for name, _ in gearbox.housing.seats if name in on_bearings]
@@ -31,11 +31,12 @@ def coupling_of(gearbox: Gearbox, scene: Plan) -> SeatCoupling | None:
 def add_housing(
     mbs, gearbox: Gearbox, scene: Plan, bodies: Mapping[str, int], elastics: Mapping[str, BuiltShaft]
 ) -> None:
-    """Add the object by which the seats of bearings yield, if there is a housing."""
+    """Add the object by which the seats of bearings yield, if there is a housing without coordinates of its own."""
+    if gearbox.housing is not None:
+        _check_drags(gearbox)
     coupling = coupling_of(gearbox, scene)
     if coupling is None:
         return
-    _check_drags(gearbox)
     names = [*dict.fromkeys(name for name, _ in coupling.housing.seats if scene.shafts[name].on_bearings)]
     nodes, rows = [], []
     for name in names:

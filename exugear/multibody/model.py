@@ -9,7 +9,9 @@ import exudyn as exu
 import numpy as np
 
 from exugear.contact.recorder import Recorder
-from exugear.gearbox.bearing_law import radial_part, tangent_stiffness
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing_law import tangent_stiffness
+from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.rolling_bearing import RollingBearing
@@ -23,6 +25,7 @@ from exugear.multibody.elastic_shafts import BuiltShaft, set_held
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
+from exugear.multibody.moving_seats import MovingSeats
 from exugear.multibody.planet_pins import Pin, pin_matrices, steepest_matrix
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
@@ -96,6 +99,7 @@ class BuiltSystem:
     pins            of the planets that move in the plane
     elastics        of the elastic shafts: their bodies and coordinates
     rings           of the elastic rings, by the names of their shafts: their amplitudes
+    seats           bearings on seats that move, and the housing with coordinates of its own; None without
     drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
                     solved both may be out of the system (`exugear.multibody.drive_and_load`)
     further_drives  object numbers of the constraints for further speeds that a gearbox leaves free
@@ -116,6 +120,7 @@ class BuiltSystem:
     further_drives: tuple[int, ...]
     elastics: Mapping[str, BuiltShaft]
     rings: Mapping[str, BuiltRing]
+    seats: MovingSeats | None
 
     @property
     def drives(self) -> tuple[int, ...]:
@@ -382,22 +387,37 @@ def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
         if pin.law is not None:
             between, n = pin_coordinates(system, pin)
             total[np.ix_(between, between)] += steepest_matrix(pin, np.zeros(len(between)).tolist(), n)
-    for shaft in system.gearbox.shafts:
-        first, built = system.spins[shaft.name] - 5, system.elastics.get(shaft.name)
-        for axial, bearing in () if shaft.name in system.gearbox.planets else shaft.bearings.items():
-            if not bearing.linear and built:
-                rows, k = (
-                    built.elastic.at_bearing(axial),
-                    bearing.stiffness - tangent_stiffness(bearing, 0.0, np.zeros(6)),
-                )
-                total[np.ix_(built.indices, built.indices)] += rows.T @ k @ rows
-            elif not bearing.linear:
-                part, lever = slice(first, first + 6), axial - shaft.centre
-                if isinstance(bearing, RollingBearing):
-                    total[part, part] += bearing.at(lever) - tangent_stiffness(bearing, lever, np.zeros(6))
-                else:
-                    total[part, part] += radial_part(float(bearing.stiffness[0, 0]), lever)
+    for rows, bearing, indices in bearings_of(system):
+        if not bearing.linear:
+            k = bearing.stiffness - tangent_stiffness(bearing, 0.0, np.zeros(6))
+            total[np.ix_(indices, indices)] += rows.T @ k @ rows
     return total
+
+
+class BearingInSystem(NamedTuple):
+    """A bearing with the rows (6, k) that measure the motion in it by coordinates with indices (k,) in the system."""
+
+    rows: np.ndarray
+    bearing: Bearing | RollingBearing
+    indices: np.ndarray
+
+
+def bearings_of(system: BuiltSystem) -> list[BearingInSystem]:
+    """The bearings of all shafts that move on them, without pins: those on ground, then those on moving seats."""
+    on_seats = [x.seat for x in system.seats.seats] if system.seats else []
+    listed = []
+    for shaft in system.gearbox.shafts:
+        kind, built = system.scene.shafts[shaft.name], system.elastics.get(shaft.name)
+        if not kind.on_bearings or shaft.name in system.gearbox.planets:
+            continue
+        spin = system.spins[shaft.name]
+        indices = built.indices if built else np.arange(spin - kind.spin_index, spin + 1)
+        for axial, bearing in shaft.bearings.items():
+            if (shaft.name, axial) not in on_seats:
+                rigid = rigid_motion(axial - shaft.centre)[:, kind.components]
+                listed.append(BearingInSystem(built.elastic.at_bearing(axial) if built else rigid, bearing, indices))
+    moving = system.seats.seats if system.seats else ()
+    return [*listed, *(BearingInSystem(x.rows, x.bearing, system.seats.indices) for x in moving if system.seats)]
 
 
 def pin_coordinates(system: BuiltSystem, pin: Pin) -> tuple[list[int], int]:
@@ -427,20 +447,12 @@ def bearing_tangents(system: BuiltSystem, q: np.ndarray) -> BearingTangents:
             unloaded = pin_matrices(pin, np.zeros(len(between)).tolist(), n, 0.0)
             stiffness[np.ix_(between, between)] += loaded[0] - unloaded[0]
             damping[np.ix_(between, between)] += loaded[1] - unloaded[1]
-    for shaft in [shaft for shaft in system.gearbox.shafts if shaft.name not in system.gearbox.planets]:
-        part = slice(system.spins[shaft.name] - 5, system.spins[shaft.name] + 1)
-        built = system.elastics.get(shaft.name)
-        for axial, bearing in shaft.bearings.items():
-            if not bearing.linear and built:
-                rows, among = built.elastic.at_bearing(axial), np.ix_(built.indices, built.indices)
-                displaced = rows @ q[built.indices]
-                at_rest, now = (tangent_stiffness(bearing, 0.0, x) for x in (np.zeros(6), displaced))
-                stiffness[among] += rows.T @ (now - at_rest) @ rows
-                damping[among] += bearing.damping_time * rows.T @ (now - at_rest) @ rows
-            elif not bearing.linear:
-                at_rest, now = (tangent_stiffness(bearing, axial - shaft.centre, x) for x in (np.zeros(6), q[part]))
-                stiffness[part, part] += now - at_rest
-                damping[part, part] += bearing.damping_time * (now - at_rest)
+    for rows, bearing, indices in bearings_of(system):
+        if not bearing.linear:
+            at_rest, now = (tangent_stiffness(bearing, 0.0, x) for x in (np.zeros(6), rows @ q[indices]))
+            change, among = rows.T @ (now - at_rest) @ rows, np.ix_(indices, indices)
+            stiffness[among] += change
+            damping[among] += bearing.damping_time * change
     return BearingTangents(stiffness, damping)
 
 

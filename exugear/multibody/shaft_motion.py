@@ -1,5 +1,6 @@
 """Speeds of the shafts, torques on their ends, forces and displacements at their bearings, from recorded samples."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,6 +11,8 @@ from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import (
+    AgainstSeats,
+    Measured,
     bearing_displacements,
     bearing_forces,
     bearing_tilts,
@@ -20,6 +23,7 @@ from exugear.gearbox.shaft_dynamics import (
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.housing import coupling_of, forces_on_seats, seat_motions
 from exugear.multibody.model import Model, is_first
+from exugear.multibody.moving_seats import SeatMotion, motions_of_seats, positions_on
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
 from fem.support.user_warning import warn_user
@@ -131,33 +135,80 @@ def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.n
     return by_name
 
 
+@dataclass(frozen=True, eq=False)
+class InBearings:
+    """A shaft with what its motion in the bearings follows from.
+
+    shaft      the shaft
+    q, q_t     coordinates (n, k) and their rates, with the motions of its seats if these move
+    measured   what measures the motion in the bearings from these; None of a rigid shaft on standing seats
+    """
+
+    shaft: Shaft
+    q: np.ndarray
+    q_t: np.ndarray
+    measured: Measured | None
+
+
+def motion_in_bearings(model: Model) -> dict[str, InBearings]:
+    """Shafts on bearings by name, with their motion against the seats, as in `motions_on_bearings`.
+
+    Seats that yield by the static stiffness of the housing count as standing here.
+    """
+    motions = motions_on_bearings(model)
+    seats = recorded_seats(model, motions)
+    by_name = {}
+    for name, (shaft, q, q_t) in motions.items():
+        elastic, moving = model.scene.elastic.get(name), positions_on([*seats], shaft)
+        measured: Measured | None = elastic
+        if moving:
+            measured = AgainstSeats(shaft, elastic, q.shape[1], moving)
+            of_seats = [seats[name, axial] for axial in moving]
+            q, q_t = np.hstack([q, *(x.q for x in of_seats)]), np.hstack([q_t, *(x.q_t for x in of_seats)])
+        by_name[name] = InBearings(shaft, q, q_t, measured)
+    return by_name
+
+
+def recorded_seats(
+    model: Model, motions: Mapping[str, tuple[Shaft, np.ndarray, np.ndarray]]
+) -> dict[tuple[str, float], SeatMotion]:
+    """Recorded motion of all seats that move; motions: of the shafts, as in `motions_on_bearings`."""
+    if model.seats is None:
+        return {}
+    of_housing = model.seats.motion(model.meshes[0].recorder.deflection.size)
+    return motions_of_seats(model.gearbox, model.scene, model.seats, motions, of_housing)
+
+
 @dataclass
 class BearingForces:
     """Forces of all bearings on their shafts over the samples of a run, computed while the samples come.
 
     samples    number of samples of the whole run
+    moments    whether moments about x and y are computed, too
     computed   number of those of which the forces are computed
     """
 
     model: Model
     samples: int
+    moments: bool = False
     computed: int = 0
 
     @cached_property
     def values(self) -> np.ndarray:
-        """(n_bearing, 3, samples) [N], 0 until computed."""
+        """(n_bearing, 3, samples) [N], or 5 with moments [N m]; 0 until computed."""
         kinds = self.model.plan.shafts
         counts = [len(shaft.bearings) for shaft in self.model.gearbox.shafts if kinds[shaft.name].on_bearings]
-        return np.zeros((sum(counts), 3, self.samples))
+        return np.zeros((sum(counts), 5 if self.moments else 3, self.samples))
 
     def extend(self, number: int) -> None:
         """Compute the forces up to a number of samples."""
         new, last = slice(self.computed, number), 0
-        for shaft, q, q_t in motions_on_bearings(self.model).values():
-            first, last = last, last + len(shaft.bearings)
-            elastic, spin = self.model.scene.elastic.get(shaft.name), spin_of_cages(self.model, shaft)
+        for moved in motion_in_bearings(self.model).values():
+            first, last = last, last + len(moved.shaft.bearings)
+            spin = spin_of_cages(self.model, moved.shaft)
             spin = None if spin is None else spin[new]
-            bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new], elastic, spin)
+            motion = moved.q[new], moved.q_t[new]
+            bearing_forces(moved.shaft, *motion, self.values[first:last, :, new], moved.measured, spin)
         if coupling := coupling_of(self.model.gearbox, self.model.scene):
             motions = {
                 name: (shaft, q[new], q_t[new]) for name, (shaft, q, q_t) in motions_on_bearings(self.model).items()
@@ -166,7 +217,7 @@ class BearingForces:
             bearings = [(name, axial) for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
             for row, bearing in enumerate(bearings):
                 if (seat := seat_number(coupling.housing, *bearing)) is not None:
-                    self.values[row, :, new] = forces[6 * seat : 6 * seat + 3]
+                    self.values[row, :, new] = forces[6 * seat : 6 * seat + self.values.shape[1]]
         self.computed = number
 
     def variables(self, number: int, displacement: bool) -> dict[str, Any]:
@@ -174,31 +225,35 @@ class BearingForces:
 
         displacement   whether the displacements of the shafts at their bearings are computed too
         """
-        motions = motions_on_bearings(self.model)
+        motions = motion_in_bearings(self.model)
         if not motions:
             return {}
         self.extend(number)
-        labels = [f"{name} at {axial / mm:g} mm" for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
+        labels = [f"{name} at {axial / mm:g} mm" for name, moved in motions.items() for axial in moved.shaft.bearings]
         over, about = ("bearing", "direction", "time"), {"units": "N", "long_name": "force of the bearing on its shaft"}
-        data: dict[str, Any] = {"bearing_force": (over, self.values[..., :number], about)}
+        data: dict[str, Any] = {"bearing_force": (over, self.values[:, :3, :number], about)}
+        if self.moments:
+            about = {"units": "N m", "long_name": "moment of the bearing on its shaft about x and y"}
+            data["bearing_moment"] = ("bearing", "tilt", "time"), self.values[:, 3:, :number], about
+            data["tilt"] = "tilt", ["x", "y"]
         if displacement:
-            about = {"units": "m", "long_name": "displacement of the shaft at the bearing"}
-            moved, last = np.empty((len(labels), 3, number)), 0
-            for shaft, q, _ in motions.values():
-                first, last = last, last + len(shaft.bearings)
-                bearing_displacements(shaft, q, moved[first:last], self.model.scene.elastic.get(shaft.name))
-            data["bearing_displacement"] = over, moved, about
+            about = {"units": "m", "long_name": "displacement of the shaft in the bearing"}
+            displaced, last = np.empty((len(labels), 3, number)), 0
+            for moved in motions.values():
+                first, last = last, last + len(moved.shaft.bearings)
+                bearing_displacements(moved.shaft, moved.q, displaced[first:last], moved.measured)
+            data["bearing_displacement"] = over, displaced, about
             data |= self._tilts(motions)
         data |= self._parted(motions, labels, number)
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
 
-    def _parted(self, motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]], labels: list[str], number: int):
+    def _parted(self, motions: dict[str, InBearings], labels: list[str], number: int):
         """Share of the samples in which bearings have lost their axial force, with a warning; empty where none has."""
         shares, last = dict.fromkeys(labels, 0.0), 0
-        for name, (shaft, q, _) in motions.items():
-            first, last = last, last + len(shaft.bearings)
-            forces, elastic = self.values[first:last, :, :number], self.model.scene.elastic.get(name)
-            for axial, lost in parted_bearings(shaft, q[:number], forces, elastic).items():
+        for name, moved in motions.items():
+            first, last = last, last + len(moved.shaft.bearings)
+            forces = self.values[first:last, :, :number]
+            for axial, lost in parted_bearings(moved.shaft, moved.q[:number], forces, moved.measured).items():
                 shares[f"{name} at {axial / mm:g} mm"] = float(lost.mean())
         told = {label: f"{share:.2g} of the samples" for label, share in shares.items() if share}
         if not told:
@@ -211,14 +266,13 @@ class BearingForces:
         about = {"units": "1", "long_name": "share of the samples in which the axial force of the bearing is lost"}
         return {"bearing_parted": ("bearing", [*shares.values()], about)}
 
-    def _tilts(self, motions: dict[str, tuple[Shaft, np.ndarray, np.ndarray]]) -> dict[str, Any]:
+    def _tilts(self, motions: dict[str, InBearings]) -> dict[str, Any]:
         """Tilts of the shafts at all bearings, which loads on rolling elements need; empty without such bearings."""
-        bearings = [bearing for shaft, *_ in motions.values() for bearing in shaft.bearings.values()]
+        bearings = [bearing for moved in motions.values() for bearing in moved.shaft.bearings.values()]
         if not any(isinstance(bearing, RollingBearing) for bearing in bearings):
             return {}
-        elastic = self.model.scene.elastic
-        tilts = [bearing_tilts(shaft, q, elastic.get(shaft.name)) for shaft, q, _ in motions.values()]
-        about = {"units": "rad", "long_name": "tilt of the shaft at the bearing"}
+        tilts = [bearing_tilts(moved.shaft, moved.q, moved.measured) for moved in motions.values()]
+        about = {"units": "rad", "long_name": "tilt of the shaft in the bearing"}
         return {
             "bearing_tilt": (("bearing", "tilt", "time"), np.concatenate(tilts), about),
             "tilt": ("tilt", ["x", "y"]),

@@ -118,8 +118,9 @@ class BuiltPlan(Plan):
 
     @property
     def elastic_coordinates(self) -> int:
-        """Number of elastic coordinates of all shafts."""
-        return sum(elastic.elastic + elastic.torsion.modes for elastic in self.elastic.values())
+        """Number of elastic coordinates of all shafts, and of the housing."""
+        of_housing = self.elastic_housing.size if self.elastic_housing else 0
+        return of_housing + sum(elastic.elastic + elastic.torsion.modes for elastic in self.elastic.values())
 
     @checked
     def memory(self, samples: Finite) -> float:

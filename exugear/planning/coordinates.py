@@ -2,11 +2,9 @@
 
 from enum import Enum
 
-import numpy as np
-
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
-from exugear.gearbox.static_offsets import displacement_at
+from exugear.gearbox.static_offsets import placed_on
 
 
 class Coordinates(Enum):
@@ -36,9 +34,8 @@ class Coordinates(Enum):
 def pose(gearbox: Gearbox, shaft: Shaft) -> list[float]:
     """Reference coordinates (6) [m, rad] of a shaft's centre of mass, its static displacement included.
 
-    Planets are displaced with their carrier, too.
+    Planets are displaced and tilted with their carrier, too.
     """
-    x, y, z = np.array([*gearbox.shaft_positions[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
-    if carrier := gearbox.planets.get(shaft.name):
-        x, y, z = np.array([x, y, z]) + displacement_at(carrier, shaft.centre)
-    return [float(x), float(y), float(z), shaft.offset.tilt_x, shaft.offset.tilt_y, 0.0]
+    carrier = gearbox.planets.get(shaft.name)
+    point, tilts = placed_on(shaft, carrier, shaft.centre, gearbox.shaft_positions)
+    return [*point.tolist(), *tilts.tolist(), 0.0]

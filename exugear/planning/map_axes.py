@@ -4,7 +4,7 @@ Where a map lacks such an axis, the plan estimates how far the gears move under 
 """
 
 from collections.abc import Mapping, Sequence
-from math import acos, ceil, floor, isfinite, log10
+from math import acos, ceil, floor, isfinite, log10, pi
 
 import numpy as np
 
@@ -40,17 +40,21 @@ UNITS = {"a": "m", "misalignment": "rad", "axial": "m"}
 MULTIPLES = {"a": (-1, 0, 1, 2), "misalignment": (-2, -1, 0, 1, 2), "axial": (-2, 0, 2)}
 #: Deflection by which the pinion leads, so that its driving flank is the closer one [m].
 LEAD = 1e-3
+#: Number of angles of a carrier at which misalignments by tilted axes are evaluated: they vary once in its turn.
+ANGLES = 8
 #: Displacement [m, rad] up to which a map can be made: `fem.Offsets` end at 0.01 rad.
 LARGEST = 0.005
 
 
-def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, float]:
+def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1, turned: float = 0.0) -> dict[str, float]:
     """Static offsets of a stage with the signs of its map, on the driving flank (side 1) or on the back flank (-1).
 
     The z axis of the map points along z where the mesh force turns the pinion clockwise, else against it.
+
+    turned   angle of its carrier from the reference configuration [rad]
     """
     z = side * gearbox.direction_of(stage)
-    offsets = stage_offsets(stage, gearbox.shaft_positions, z)
+    offsets = stage_offsets(stage, gearbox.shaft_positions, z, turned)
     return {"a": offsets["a"], "misalignment": z * offsets["misalignment"], "axial": z * offsets["axial"]}
 
 
@@ -58,8 +62,11 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     """Force law with the axes that the scene needs, and the reasons; ValueError where the map lacks such an axis."""
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     static, law = static_offsets(gearbox, stage), stage.force
-    beside = displacement_in_housing(gearbox, stage)
-    moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers) or (name == "a" and beside)]
+    beside, tilt = displacement_in_housing(gearbox, stage)
+    turning = {"a": beside, "misalignment": tilt}
+    moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers) or turning.get(name)]
+    if tilt:
+        _check_tilted(gearbox, stage, static, tilt)
     _check_axes_exist(stage, static if not beside else static | {"a": stage.pair.a})
     for a in (static["a"], stage.pair.a + beside, stage.pair.a - beside)[: 3 if beside else 1]:
         _check_axis_ranges(stage, static | {"a": a})
@@ -76,6 +83,10 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     if beside:
         lines.append(
             f"its axis lies {beside / um:.4g} um beside the carrier's: distance and shares vary once in its turn"
+        )
+    if tilt:
+        lines.append(
+            f"its axis is tilted by {tilt:.4g} rad against the carrier's: misalignment varies once in its turn"
         )
     lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return reduced, "; ".join(lines)
@@ -97,9 +108,21 @@ def composed_words(law: MeshForce) -> str:
     return f" composed of single tooth pairs, {errors} (a table of all pitches would have {tabulated / 1e6:.4g} MB)"
 
 
-def displacement_in_housing(gearbox: Gearbox, stage: Stage) -> float:
-    """Distance [m] between the axes of a sun or ring and of its carrier: the amplitude of the centre distance."""
-    return float(np.hypot(*displacements_in_housing(stage, gearbox.shaft_positions).T).max())
+def displacement_in_housing(gearbox: Gearbox, stage: Stage) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between the axes of a sun or ring and of its carrier.
+
+    They are the amplitudes of centre distance and misalignment over a turn of the carrier.
+    """
+    x, y, a, b = displacements_in_housing(stage, gearbox.shaft_positions, stage.axial_positions).T
+    return float(np.hypot(x, y).max()), float(np.hypot(a, b).max())
+
+
+def _misalignments_over_turn(gearbox: Gearbox, stage: Stage, side: int = 1) -> tuple[float, float]:
+    """Least and largest misalignment [rad] of a stage over a turn of its carrier, with the sign of its map."""
+    angles = np.arange(ANGLES) * 2 * pi / ANGLES
+    values = [static_offsets(gearbox, stage, side, turned=angle)["misalignment"] for angle in angles.tolist()]
+    first = np.fft.rfft(values) / ANGLES
+    return float(first[0].real - 2 * abs(first[1])), float(first[0].real + 2 * abs(first[1]))
 
 
 def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordinates]) -> str:
@@ -140,6 +163,17 @@ def _check_axis_ranges(stage: Stage, static: Mapping[str, float]) -> None:
         beyond = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, beyond the map's axis"
         ends = f"from {axis[0]:.6g} to {axis[-1]:.6g}"
         require(axis[0] <= static[name] <= axis[-1], f"{beyond} {ends}; extend the axis fem.Offsets({name}=...)")
+
+
+def _check_tilted(gearbox: Gearbox, stage: Stage, static: Mapping[str, float], tilt: float) -> None:
+    """Require a misalignment axis that holds those over a turn of the carrier, against which an axis is tilted."""
+    low, high = _misalignments_over_turn(gearbox, stage)
+    cause = f"an axis of stage {stage.name!r} is tilted by {tilt:.4g} rad against its carrier's, its misalignment turns"
+    remedy = f"map it with fem.Offsets(misalignment=({low:.4g}, {(low + high) / 2:.4g}, {high:.4g}))"
+    needed = "misalignment" in stage.force.offsets or is_slight(stage, "misalignment", tilt)
+    require(needed, f"{cause} from {low:.4g} to {high:.4g} rad; {remedy}")
+    for misalignment in (low, high) if "misalignment" in stage.force.offsets else ():
+        _check_axis_ranges(stage, {**static, "misalignment": misalignment})
 
 
 def _check_backlash(stage: Stage, a: float) -> None:

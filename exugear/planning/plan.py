@@ -6,20 +6,23 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
+from exugear.gearbox.elastic_housing import ElasticHousing
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.housing import seat_label, seat_number
+from exugear.gearbox.seats_on_shafts import names_between
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
+from exugear.planning.housing_choice import chosen_housing
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
 from exugear.planning.rolling_bearings import words_on_rolling_bearings
 from exugear.planning.sampling import listed_phases
 from exugear.planning.set_words import stages_of_sets, words_of_sets
 from exugear.planning.shaft_flexibility import flexibility
 from fem.support.arguments import checked, keywords_after_first
+from fem.support.blas_threads import one_thread
 from fem.support.validation import require
 from fem.units import um
 
@@ -56,6 +59,7 @@ class Plan:
     flexible    reason for these coordinates or for none, by shaft with sections
     steps       step of a run [s] in which the bearing forces of elastic shafts are accurate, by their names
     housing     what of a housing the run takes, and what it leaves out; empty without a housing
+    elastic_housing  the housing with the coordinates that it has in a run; None where its static stiffness suffices
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -75,6 +79,7 @@ class Plan:
     flexible: Mapping[str, str] = field(default_factory=dict)
     steps: Mapping[str, float] = field(default_factory=dict)
     housing: str = ""
+    elastic_housing: ElasticHousing | None = None
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -92,6 +97,8 @@ class Plan:
         scene["elastic"] = {
             name: elastic for name, elastic in self.elastic.items() if shafts.get(name) is not Coordinates.JOINT
         }
+        if all(kind is Coordinates.JOINT for kind in shafts.values()) and {*shafts} == {*self.shafts}:
+            scene |= {"elastic_housing": None, "housing": "no shaft moves on its seats" * bool(self.housing)}
         return Plan(**scene | {"shafts": {**self.shafts, **shafts}, "why": {**self.why, **why}})
 
     def with_rigid_shafts(self) -> "Plan":
@@ -133,7 +140,13 @@ class Plan:
 
 @keywords_after_first()
 @checked
-def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, float] | None = None) -> Plan:
+def plan(
+    gearbox: Gearbox,
+    *,
+    load: float | None = None,
+    loads: Mapping[str, float] | None = None,
+    housing_modes: int | None = None,
+) -> Plan:
     """Choose coordinates for the shafts of a gearbox and axes for its maps, no more than the scene needs.
 
     A shaft without bearings only spins. With bearings it is a planar body where nothing tilts it or pushes it along
@@ -144,10 +157,18 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
             maps lack; by default the largest that all maps carry. Where that motion matters the plan prints the
             `fem.Offsets` to map
     loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]
+    housing_modes  number of modes in which the housing vibrates, for its surface velocity more than the gears feel, or
+            fewer; by default as many as change the forces of its seats by 1 %, none where static stiffness suffices
 
     Returns a `Plan`: print it, pass it to `exugear.build`. Integrator, step and cost are known once the model is built.
     Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
     """
+    with one_thread():
+        return _plan(gearbox, load, loads, housing_modes)
+
+
+def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None, housing_modes: int | None) -> Plan:
+    """`plan`; its many small eigenproblems take up to 40 times longer on several threads of a machine at work."""
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
@@ -174,7 +195,8 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     of_sets = words_of_sets(gearbox, shafts), stages_of_sets(gearbox)
     rolling = words_on_rolling_bearings(gearbox, shafts, torques)
     beside = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, rolling
-    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible, steps, _housing(gearbox, shafts))
+    housing, words = chosen_housing(gearbox, shafts, housing_modes)
+    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible, steps, words, housing)
 
 
 def _undamped(gearbox: Gearbox) -> bool:
@@ -182,24 +204,6 @@ def _undamped(gearbox: Gearbox) -> bool:
     damping = [rotor.coupling.damping for shaft in gearbox.shafts for rotor in shaft.rotors]
     damping += [bearing.damping_time for shaft in gearbox.shafts for bearing in shaft.bearings.values()]
     return not any([*damping, *(stage.force.damping for stage in gearbox.stages)])
-
-
-def _housing(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> str:
-    """What of the housing a run takes, in words."""
-    if gearbox.housing is None:
-        return ""
-    seats = gearbox.housing.seats
-    yielding = [seat for seat in seats if shafts[seat[0]].on_bearings]
-    text = f"static stiffness between {len(yielding)} seats, whose bearings yield with them"
-    mass = "; its mass is left out, so that it has no vibrations of its own" if gearbox.housing.mass is not None else ""
-    ground = [
-        seat_label((shaft.name, axial))
-        for shaft in gearbox.shafts
-        for axial in shaft.bearings
-        if seat_number(gearbox.housing, shaft.name, axial) is None
-    ]
-    on_ground = f"; bearings {', '.join(ground)} stand on ground" if ground else ""
-    return f"{text}{mass}{on_ground}"
 
 
 def _damping(gearbox: Gearbox) -> dict[str, str]:
@@ -235,8 +239,10 @@ def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     """Coordinates that a shaft needs, and the reason."""
     on_carrier = shaft.name not in gearbox.planets and any(stage.carrier for stage in _stages_of(gearbox, shaft))
     tilted = on_carrier and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
-    fixed = f"shaft {shaft.name!r} is tilted, seen from planets that turn about it, which is not built yet"
-    require(not tilted, f"{fixed}; displace it by Placement(x=..., y=...) alone")
+    pins = tilted and any(x.carrier and x.carrier.name in gearbox.carriers_of_pins for x in _stages_of(gearbox, shaft))
+    fixed = f"shaft {shaft.name!r} is tilted, seen from planets on elastic pins that turn about it, which is not built"
+    remedy = "leave pin= out, or displace the shaft by Placement(x=..., y=...) alone"
+    require(not pins, f"{fixed}; {remedy}")
     if not shaft.bearings:
         on_pin = "it turns on an ideal pin, and its mass with the carrier"
         return Coordinates.SPIN, on_pin if shaft.name in gearbox.planets else "no bearings given: ideal ones"
@@ -285,6 +291,7 @@ def _cause_of_tilt(gearbox: Gearbox, shaft: Shaft) -> str:
         "forces, unbalance or its weight act on it": shaft.is_loaded,
         "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
         "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
+        "bearings stand between it and another shaft": shaft.name in names_between(gearbox.between),
         "its seats in the housing yield": gearbox.housing is not None and shaft.name in dict(gearbox.housing.seats),
     }
     return next((cause for cause, holds in causes.items() if holds), "")

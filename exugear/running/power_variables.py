@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from exugear.gearbox.elastic_housing import ElasticHousing
 from exugear.gearbox.housing import seat_label
 from exugear.gearbox.shaft_dynamics import (
     ShaftMotion,
@@ -25,6 +26,7 @@ from exugear.multibody.elastic_rings import BuiltRing
 from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.housing import coupling_of, seat_motions
 from exugear.multibody.model import Model, is_first, on_bearings
+from exugear.multibody.moving_seats import motions_of_seats, positions_on
 from exugear.operation.conditions import Conditions
 from fem.units import mm
 
@@ -44,7 +46,9 @@ def power_variables(
     """
     time = data["time"].values
     motions, rings = shaft_motions(model, conditions, torques, time, lag), ring_motions(model, time, lag)
-    return _powers(model, motions, data) | _losses(model, motions, rings) | _energies(model, motions, rings)
+    housing = housing_motion(model, time, lag)
+    of_all = _on_seats(model, motions, housing), rings, housing
+    return _powers(model, motions, data) | _losses(model, *of_all) | _energies(model, *of_all)
 
 
 class RingMotion(NamedTuple):
@@ -60,6 +64,55 @@ def ring_motions(model: Model, time: np.ndarray, lag: float) -> dict[str, RingMo
     factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
     motions = {name: (ring, *ring.motion(time.size)) for name, ring in model.rings.items()}
     return {name: RingMotion(ring, a, corrected(v, factor)) for name, (ring, a, v) in motions.items()}
+
+
+class HousingMotion(NamedTuple):
+    """Coordinates (n, m) of a housing that has its own, and their rates."""
+
+    housing: ElasticHousing
+    q: np.ndarray
+    q_t: np.ndarray
+
+    @property
+    def loss(self) -> np.ndarray:
+        """(n,) power that its damping dissipates [W]."""
+        return _forms(self.q_t.T, self.housing.damping)
+
+    @property
+    def energies(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) kinetic and strain energy [J]."""
+        return 0.5 * _forms(self.q_t.T, self.housing.mass), 0.5 * _forms(self.q.T, self.housing.stiffness)
+
+
+def housing_motion(model: Model, time: np.ndarray, lag: float) -> HousingMotion | None:
+    """Recorded motion of a housing with coordinates; lag: of the velocities [s^2]."""
+    if model.seats is None or model.seats.housing is None:
+        return None
+    factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
+    q, q_t = model.seats.motion(time.size)
+    return HousingMotion(model.seats.housing, q, corrected(q_t, factor))
+
+
+def _on_seats(
+    model: Model, motions: Mapping[str, ShaftMotion], of_housing: HousingMotion | None
+) -> dict[str, ShaftMotion]:
+    """The motions of shafts with those of their seats that move."""
+    if model.seats is None:
+        return dict(motions)
+    shafts = {shaft.name: shaft for shaft in model.gearbox.shafts}
+    moving = {
+        name: (shafts[name], motion.q, motion.q_t)
+        for name, motion in motions.items()
+        if name in shafts and motion.q is not None and motion.q_t is not None
+    }
+    none = np.zeros((0, 0))
+    of_seats = (of_housing.q, of_housing.q_t) if of_housing else (none, none)
+    seats = motions_of_seats(model.gearbox, model.scene, model.seats, moving, of_seats)
+    on_seats = {
+        name: replace(motions[name], seats={x: seats[name, x] for x in positions_on([*seats], shaft)})
+        for name, (shaft, *_) in moving.items()
+    }
+    return {**motions, **on_seats}
 
 
 def _powers(model: Model, motions: Mapping[str, ShaftMotion], data: xr.Dataset) -> dict[str, Any]:
@@ -81,7 +134,12 @@ def _end_speed(model: Model, motions: Mapping[str, ShaftMotion], end: str) -> np
     return motions[body].speed * model.gearbox.directions[shaft.name]
 
 
-def _losses(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str, RingMotion]) -> dict[str, Any]:
+def _losses(
+    model: Model,
+    motions: Mapping[str, ShaftMotion],
+    rings: Mapping[str, RingMotion],
+    housing: HousingMotion | None,
+) -> dict[str, Any]:
     """Power that damping dissipates in meshes, bearings and couplings."""
     meshes = np.array([mesh.recorder.power["dissipation"] for mesh in model.meshes])
     bearings = {
@@ -98,6 +156,7 @@ def _losses(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str
     on_seats = losses_on_housing(model, motions)
     couplings |= {name: on_seats.pop(name) for name in ("housing",) if name in on_seats}
     bearings |= on_seats
+    couplings |= {"housing": housing.loss} if housing else {}
     for name in model.elastics:
         couplings[f"{name} shaft"] = elastic_loss(motions[name])
     couplings |= {f"{name} rim": ring.elastic.loss(rates) for name, (ring, _, rates) in rings.items()}
@@ -152,7 +211,12 @@ def _forms(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return np.einsum("in,ij,jn->n", vectors, matrix, vectors)
 
 
-def _energies(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[str, RingMotion]) -> dict[str, Any]:
+def _energies(
+    model: Model,
+    motions: Mapping[str, ShaftMotion],
+    rings: Mapping[str, RingMotion],
+    housing: HousingMotion | None,
+) -> dict[str, Any]:
     """Kinetic energy, and strain energy of meshes, bearings and couplings together."""
     meshes = np.sum([mesh.recorder.power["energy"] for mesh in model.meshes], axis=0)
     shafts = model.gearbox.shafts
@@ -162,11 +226,15 @@ def _energies(model: Model, motions: Mapping[str, ShaftMotion], rings: Mapping[s
         [bearing_energy(shaft, motions[shaft.name]) + coupling_energy(shaft, motions) for shaft in shafts], 0
     )
     elastic = elastic + energy_by_housing(model, motions)
-    moving = sum(ring.elastic.kinetic_energy(rates) for ring, _, rates in rings.values())
-    bent = sum(ring.elastic.strain_energy(amplitudes) for ring, amplitudes, _ in rings.values())
+    of_housing = housing.energies if housing else (0.0, 0.0)
+    moving = of_housing[0] + sum(ring.elastic.kinetic_energy(rates) for ring, _, rates in rings.values())
+    bent = of_housing[1] + sum(ring.elastic.strain_energy(amplitudes) for ring, amplitudes, _ in rings.values())
     energies = {
-        "kinetic_energy": (kinetic + moving, "kinetic energy of shafts, rotors, elastic rings"),
-        "strain_energy": (meshes + elastic + bent, "energy of meshes, bearings, couplings, elastic shafts and rings"),
+        "kinetic_energy": (kinetic + moving, "kinetic energy of shafts, rotors, elastic rings, housing"),
+        "strain_energy": (
+            meshes + elastic + bent,
+            "energy of meshes, bearings, couplings, elastic shafts, rings and housing",
+        ),
     }
     return {name: ("time", x, {"units": "J", "long_name": words}) for name, (x, words) in energies.items()}
 

@@ -243,7 +243,7 @@ def _solved(
             raise StoppedAtStart(str(error), run) from None
         acting.release()
         solver = Solver(model, conditions, scheme, restarted=state is not None)
-        forces = BearingForces(model, scheme.steps.samples + 1)
+        forces = BearingForces(model, scheme.steps.samples + 1, _needs_moments(model, conditions))
         parts = parts_of(solver, torques, forces, executor) if executor else None
         data, wall_time, stop = _integrated(solver, parts, torques, forces, progress, checks)
     data = parts.with_seams(data) if parts else data
@@ -256,9 +256,14 @@ def _solved(
     return run
 
 
+def _needs_moments(model: Model, conditions: Conditions) -> bool:
+    """Whether moments of bearings are in the data: with a housing, whose surface they move, and with displacements."""
+    return model.gearbox.housing is not None or conditions.displacement
+
+
 def _without_samples(model: Model, conditions: Conditions, scheme: Scheme, torques: ShaftTorques) -> xr.Dataset:
     """The data of a run that could not start: the inputs, and no sample."""
-    forces = BearingForces(model, 0)
+    forces = BearingForces(model, 0, _needs_moments(model, conditions))
     with recording(model, scheme.steps, torques, power=needs_speeds(model, conditions), samples=range(1)):
         for mesh in model.meshes:
             mesh.recorder.keep_first(0)

@@ -35,6 +35,7 @@ from exugear.operation.shaft_ends import numbers_of_text
 from exugear.operation.stop_conditions import End
 from exugear.planning.map_axes import IGNORED
 from exugear.planning.sampling import Steps
+from exugear.running.housing_variables import housing_variables
 from exugear.running.power_variables import power_variables
 from exugear.running.ring_variables import ring_variables
 from fem.gear.gear import Gear
@@ -109,9 +110,10 @@ def recorders_of(model: Model, torques: ShaftTorques) -> list[AnyRecorder]:
 
 
 def _beside_meshes(model: Model) -> list[BodyRecorder]:
-    """The recorders of pins, elastic shafts and elastic rings."""
+    """The recorders of pins, elastic shafts, elastic rings, and of a housing with coordinates."""
     of_shafts, of_rings = ([x.recorder for x in built.values()] for built in (model.elastics, model.rings))
-    return [*(pin.recorder for pin in model.pins), *of_shafts, *of_rings]
+    of_housing = [model.seats.recorder] if model.seats and model.seats.housing else []
+    return [*(pin.recorder for pin in model.pins), *of_shafts, *of_rings, *of_housing]
 
 
 def keep_valid(
@@ -201,7 +203,7 @@ def labelled(
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
-    data = data.assign(ring_variables(model, time.size))
+    data = data.assign(ring_variables(model, time.size) | housing_variables(model, time.size))
     if conditions.power:
         data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}

@@ -15,6 +15,7 @@ from exugear.signals.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_
 from exugear.signals.short_time_spectra import check_overlap
 from exugear.signals.signal import at_angles, channel_coordinates, check_size, order_names, require_signal
 from fem.support.arguments import Numbers, checked
+from fem.support.blas_threads import one_thread
 from fem.support.user_warning import warn_user
 from fem.support.validation import require
 
@@ -185,6 +186,7 @@ def _warn_of_changes(cut: xr.Dataset, shortest: float, by_default: bool) -> None
     warn_user(text)
 
 
+@one_thread()
 def cut_of(
     signal: xr.DataArray,
     orders: Numbers,

@@ -39,11 +39,10 @@ def _rms(model: Model, reduction: Reduction, shafts: list, branch: Branch, point
     system, orbits = reduction.system, PeriodicOrbits(reduction.system, branch.period)
     states, frequency = orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns)
     number = SAMPLES * max(mesh.cycles for mesh in system.meshes)
-    to_coordinates = (reduction.motions @ system.blocks.coordinates).T
     parts = []
     for _ in range(branch.period):
         sampled, _ = system.sampled(states, frequency, np.arange(number) / number)
-        parts.append(sampled @ to_coordinates)
+        parts.append(sampled @ reduction.motions.T)
         states = system.settled(states, frequency, 1)
     motion, period = np.concatenate(parts), branch.period * system.cycles / frequency
     turns = 2j * pi * np.fft.rfftfreq(len(motion), 1 / len(motion))[:, None] / period

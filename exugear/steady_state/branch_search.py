@@ -92,9 +92,9 @@ class Coverage:
 def _time_of_step(system: SteadySystem, frequency: float) -> float:
     """Time of a step [s] at a mesh frequency [Hz]; 0 where the motion from rest leaves the maps."""
     try:
-        system.settled(np.zeros(system.size), frequency, 1)
+        system.settled(system.at_start, frequency, 1)
         began = time.perf_counter()
-        system.settled(np.zeros(system.size), frequency, 1)
+        system.settled(system.at_start, frequency, 1)
     except ValueError:
         return 0.0
     return (time.perf_counter() - began) / float(system.pieces(frequency)[:, 2].sum())
@@ -135,7 +135,7 @@ def _sweep(system: SteadySystem, branches: list[Branch], search: Search, frequen
 
     Returns messages of motions that left the maps.
     """
-    states, branch, chord = np.zeros(system.size), None, 0
+    states, branch, chord = system.at_start, None, 0
     left_maps: list[str] = []
     for ratio in frequencies:
         if branch is not None:
@@ -150,7 +150,7 @@ def _sweep(system: SteadySystem, branches: list[Branch], search: Search, frequen
             point = _orbit_near(system, states, frequency)
         except ValueError as error:
             left_maps.append(str(error))
-            states, point = np.zeros(system.size), None
+            states, point = system.at_start, None
         if point is not None:
             branch, chord = _branch_of(system, branches, search, point)
         if branch is None:

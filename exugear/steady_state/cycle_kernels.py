@@ -3,7 +3,7 @@
 Splitting after Strang: half a step of the linear part with the mean mesh stiffnesses, an impulse of the remaining force
 of every mesh, half a step of the linear part. Meshes act in turn, in the reverse order in every second step, so that
 the splitting stays of second order. It is stable for all modes that the meshes hardly move. Steps meet the phases at
-which a force jumps.
+which a force jumps. The modes of an elastic ring take the whole mesh force by impulses, as the mesh runs around them.
 """
 
 from math import cos, exp, pi, sin
@@ -15,16 +15,25 @@ from exugear.contact.relative_position import flank_of
 from exugear.mesh_force.kernel_records import reader, record_type
 from exugear.mesh_force.patches import phase_cell, table_at, table_of
 from exugear.steady_state.flank_means import flank_means
+from exugear.steady_state.ring_kernels import (
+    push_ring,
+    push_ring_columns,
+    rigid_ring,
+    ring_changes,
+    steady_ring_at,
+    yielding_at,
+)
 from fem.support.numba_cache import compiled, fast, kept
 
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
 #: slopes of the potential by phase [N m per pitch] and misalignment [N m]; misalignment beside that of the table [rad];
 #: opening of the flanks by the displaced bearings [m]; side of the loaded flank, +1 or -1; phase at the beginning of
 #: the common period, and number of mesh cycles in it, < 0 where the phase falls; mobility [1/kg] along the line of
-#: action.
+#: action; address of a `STEADY_RING`, 0 of a ring as stiff as its map.
 STEADY_MESH = record_type(
     *((name, "f8") for name in ("force", "deflection", "stiffness", "by_phase", "by_misalignment")),
     *((name, "f8") for name in ("lever", "opening", "side", "phase", "cycles", "mobility")),
+    ("ring", "i8"),
 )
 steady_mesh_at = reader(STEADY_MESH)
 #: Number of measures of a mesh: deflection [m], phase, misalignment [rad], less those of the equilibrium.
@@ -34,7 +43,10 @@ MEASURES = 3
 class Impulse(NamedTuple):
     """Impulses of the mesh in a step on deflection [N s], phase and misalignment, beside those of the linear system.
 
+    on_ring                                             of the whole mesh force [N s], on the modes of an elastic ring
     by_deflection, by_rate, by_phase, by_misalignment   slopes of the first of them
+    by_advance                                          likewise by the deflection without the linear system's force
+    by_linear                                           slope of that force's impulse by the deflection
     moment_slope                                        of the third by the misalignment
     force, static_force                                 meanwhile [N]
     """
@@ -42,41 +54,52 @@ class Impulse(NamedTuple):
     value: float
     on_phase: float
     on_misalignment: float
+    on_ring: float
     by_deflection: float
     by_rate: float
     by_phase: float
     by_misalignment: float
+    by_advance: float
+    by_linear: float
     moment_slope: float
     force: float
     static_force: float
 
 
 @compiled
-def impulse_of(table, mesh, phase, deflection, misalignment, rate, step):
+def impulse_of(table, mesh, phase, deflection, misalignment, rate, yielding_ring, step):
     """`Impulse` at a phase, a deflection [m], a misalignment [rad] and a rate [m/s] before it; step [s].
 
-    The misalignment, less that of the equilibrium, acts on the loaded flank alone.
+    The misalignment, less that of the equilibrium, acts on the loaded flank alone. The modes of a ring let deflection
+    and rate lag; they take the linear system's share of the mesh force, too, half of it until the middle of the step.
     """
-    flank = flank_of(table, deflection + mesh.opening, mesh.opening, phase)
+    linear = mesh.force + mesh.stiffness * (deflection - mesh.deflection)
+    rate = rate - yielding_ring.rate - 0.5 * yielding_ring.mobility * step * linear
+    flank = flank_of(table, deflection - yielding_ring.advance + mesh.opening, mesh.opening, phase)
     side, travel = flank.side, flank.side * rate * step
     lever = mesh.lever + misalignment if side == mesh.side else 0.0
     of_flank = table_of(table, side)
     static, c, slopes = flank_means(of_flank, phase_cell(of_flank, flank.phase), flank.deflection, lever, travel)
-    yielding = 1.0 + 0.5 * mesh.mobility * c.value * step
-    excess = side * static.value - mesh.force - mesh.stiffness * (deflection - mesh.deflection)
-    impulse = step * (excess + c.value * rate) / yielding
-    mean_rate = rate - 0.5 * mesh.mobility * impulse
-    by_deflection = static.by_penetration - mesh.stiffness + side * c.by_penetration * mean_rate
+    mobility = mesh.mobility + yielding_ring.mobility
+    yielding = 1.0 + 0.5 * mobility * c.value * step
+    impulse = step * (side * static.value - linear + c.value * rate) / yielding
+    mean_rate = rate - 0.5 * mobility * impulse
+    by_advance = static.by_penetration + side * c.by_penetration * mean_rate
     by_rate = c.value + step * (static.by_travel + side * c.by_travel * mean_rate)
+    by_linear = 1.0 + 0.5 * yielding_ring.mobility * step * by_rate
     loaded = 1.0 if side == mesh.side else 0.0
+    on_ring = impulse + step * linear
     return Impulse(
         impulse,
-        step * (side * slopes.by_phase - mesh.by_phase),
+        step * (side * slopes.by_phase - mesh.by_phase) - on_ring * yielding_ring.by_phase,
         step * (loaded * slopes.by_lever - mesh.by_misalignment),
-        step * by_deflection / yielding,
+        on_ring,
+        step * (by_advance - mesh.stiffness * by_linear) / yielding,
         step * by_rate / yielding,
-        step * slopes.force_by_phase,
+        step * (slopes.force_by_phase - by_advance * yielding_ring.by_phase),
         step * loaded * side * slopes.force_by_lever,
+        step * by_advance / yielding,
+        step * mesh.stiffness,
         step * loaded * slopes.moment_by_lever,
         side * static.value + c.value * mean_rate,
         side * static.value,
@@ -136,8 +159,8 @@ def propagate(propagators, states, matrix):
 
 
 @compiled
-def apply_impulse_slopes(rows, k, measured, impulse, matrix, changes):
-    """Change the columns of a matrix (2 n, c) by the slopes of the impulses of mesh k; changes (3, c): theirs."""
+def impulse_changes(rows, k, measured, impulse, matrix, changes):
+    """Changes (3, c) of the impulses of mesh k on its measures by the columns of a matrix (2 n, c)."""
     size, number = matrix.shape
     for i in range(number):
         changes[0, i] = changes[1, i] = changes[2, i] = 0.0
@@ -156,6 +179,24 @@ def apply_impulse_slopes(rows, k, measured, impulse, matrix, changes):
         else:
             for i in range(number):
                 changes[0, i] += slope * matrix[j, i]
+
+
+@compiled
+def measure_changes(rows, k, measured, matrix, changes):
+    """Changes (c,) of deflection and phase of mesh k by the columns of a matrix (2 n, c), in the rows 3 and 4."""
+    for i in range(matrix.shape[1]):
+        changes[3, i] = changes[4, i] = 0.0
+    for j in range(matrix.shape[0]):
+        deflection, phase = rows[k, 1, j], rows[k, 2, j] if measured > 1 else 0.0
+        for i in range(matrix.shape[1]):
+            changes[3, i] += deflection * matrix[j, i]
+            changes[4, i] += phase * matrix[j, i]
+
+
+@compiled
+def push_columns(rows, k, measured, matrix, changes):
+    """Change the columns of a matrix (2 n, c) by the changes (3, c) of the impulses of mesh k."""
+    size, number = matrix.shape
     for j in range(size):
         if measured > 1:
             first, second, third = rows[k, 4, j], rows[k, 5, j], rows[k, 6, j]
@@ -197,30 +238,51 @@ class Meshes(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """States and matrix that `advance` moves, and the changes (3, c) of impulses by the columns of the matrix."""
+    """States and matrix that `advance` moves, and changes (5, c) by its columns: of impulses, deflection and phase."""
 
     states: np.ndarray
     matrix: np.ndarray
     changes: np.ndarray
 
 
+class Middle(NamedTuple):
+    """The middle of a step: its number, its time over the common period, step [s], common periods per time [1/s]."""
+
+    number: int
+    time: float
+    step: float
+    periods: float
+
+
 @compiled(forceinline=True)
-def mesh_impulse_step(meshes, moving, samples, time, step, number, k):
-    """Apply the impulse of mesh k in the middle of a step [s], its number and its time over the common period."""
+def mesh_impulse_step(meshes, moving, samples, middle, k):
+    """Apply the impulse of mesh k in the middle of a step."""
     addresses, rows, shifts = meshes
     states, matrix, changes = moving
     table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
     measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
     rate, deflection, phase, misalignment = measures_at(rows, k, measured, states)
     deflection, misalignment = mesh.deflection + shifts[k, 0] + deflection, shifts[k, 2] + misalignment
-    phase = mesh.phase + mesh.cycles * time + shifts[k, 1] + phase
-    impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, step)
+    phase = mesh.phase + mesh.cycles * middle.time + shifts[k, 1] + phase
+    yielding = rigid_ring()
+    if mesh.ring != 0:
+        side = flank_of(table, deflection + mesh.opening, mesh.opening, phase).side
+        yielding = yielding_at(steady_ring_at(mesh.ring), side, phase, mesh.cycles * middle.periods, states)
+    impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, yielding, middle.step)
     if samples.shape[2] > 0:
-        samples[k, 0, number] = mesh.deflection + shifts[k, 3] + dot(rows, k, dte_row, states)
-        samples[k, 1, number], samples[k, 2, number] = impulse.force, impulse.static_force
+        samples[k, 0, middle.number] = mesh.deflection + shifts[k, 3] + dot(rows, k, dte_row, states)
+        samples[k, 1, middle.number], samples[k, 2, middle.number] = impulse.force, impulse.static_force
     apply_impulse(states, rows, k, measured, impulse)
+    if mesh.ring != 0:
+        push_ring(steady_ring_at(mesh.ring), impulse.on_ring, states)
     if matrix.shape[1] > 0:
-        apply_impulse_slopes(rows, k, measured, impulse, matrix, changes)
+        impulse_changes(rows, k, measured, impulse, matrix, changes)
+        if mesh.ring != 0:
+            ring = steady_ring_at(mesh.ring)
+            measure_changes(rows, k, measured, matrix, changes)
+            ring_changes(ring, impulse, yielding, matrix, changes)
+            push_ring_columns(ring, impulse, matrix, changes)
+        push_columns(rows, k, measured, matrix, changes)
 
 
 @kept
@@ -237,16 +299,17 @@ def advance(addresses, rows, shifts, pieces, propagators, states, matrix, sample
     samples       (m, 3, s) DTE [m], force and static force [N] in the middle of each step; s = 0: none
     """
     number, meshes = 0, Meshes(addresses, rows, shifts)
-    moving = Moving(states, matrix, np.zeros((MEASURES, matrix.shape[1])))
+    moving = Moving(states, matrix, np.zeros((MEASURES + 2, matrix.shape[1])))
     for p in range(len(pieces)):
         first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
         half, whole = propagators[p, 0], propagators[p, 1]
+        periods = length / (steps * step) if step > 0.0 else 0.0
         propagate(half, states, matrix)
         for i in range(steps):
-            time = first + length * (i + 0.5) / steps
+            middle = Middle(number, first + length * (i + 0.5) / steps, step, periods)
             for k in range(len(addresses)):
                 in_turn = k if number % 2 == 0 else len(addresses) - 1 - k
-                mesh_impulse_step(meshes, moving, samples, time, step, number, in_turn)
+                mesh_impulse_step(meshes, moving, samples, middle, in_turn)
             number += 1
             propagate(half if i == steps - 1 else whole, states, matrix)
 

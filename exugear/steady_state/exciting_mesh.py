@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.kernel_records import record_of
+from exugear.mesh_force.kernel_records import address_of, record_of
 from exugear.steady_state.cycle_kernels import STEADY_MESH
+from exugear.steady_state.ring_blocks import PassedRing
 
 #: Times over the common period closer than this are the same.
 SAME_TIME = 1e-9
@@ -42,6 +43,7 @@ class ExcitingMesh:
     phase         of the driving flank at the beginning of the common period of all meshes that excite
     cycles        number of mesh cycles in the common period, a multiple of the pitches of the law
     sense         +1 where the phase rises over time, -1 where it falls, as of planets that a carrier drives
+    ring          that vibrates in modes and that the mesh passes, None of others
     """
 
     law: MeshForce
@@ -49,6 +51,7 @@ class ExcitingMesh:
     phase: float = 0.0
     cycles: int = 1
     sense: int = 1
+    ring: PassedRing | None = None
 
     def record(self, mobility: float) -> np.record:
         """`STEADY_MESH` with a mobility along the line of action [1/kg]."""
@@ -58,6 +61,7 @@ class ExcitingMesh:
             phase=self.phase,
             cycles=self.sense * self.cycles,
             mobility=mobility,
+            ring=address_of(self.ring.record if self.ring else None),
         )
 
     @property

@@ -18,7 +18,7 @@ class Reduction(NamedTuple):
     system        the meshes that excite in their linear surroundings
     stages        numbers of these meshes
     coordinates   (n_coordinates,) of the gearbox in equilibrium
-    motions       (n_coordinates, n) of its reduced coordinates
+    motions       (n_coordinates, 2 n) by the states of the system; those of elastic rings count from the unloaded ring
     angle         of the driving shaft at the beginning of the common period [rad]
     """
 
@@ -42,7 +42,7 @@ def force_error(model: Model, reduction: Reduction, states: np.ndarray, frequenc
     times = np.arange(number) / number
     sampled, forces = system.sampled(states, frequency, times)
     angles = reduction.angle + system.cycles * times / system.mesh_cycles
-    motion = sampled @ (reduction.motions @ system.blocks.coordinates).T
+    motion = sampled @ reduction.motions.T
     errors = []
     for stage, mesh, reduced in zip(reduction.stages, system.meshes, forces.T, strict=True):
         contact = model.meshes[stage].contact

@@ -116,10 +116,18 @@ def _carrier_of_spins(model: Model, mesh: Mesh) -> list[int]:
     return [model.spins[carrier.name]]
 
 
+def without_rings(model: Model, row: np.ndarray) -> np.ndarray:
+    """A row over the coordinates of a gearbox in which elastic rings are rigid."""
+    rigid = row.copy()
+    for ring in model.rings.values():
+        rigid[ring.indices] = 0.0
+    return rigid
+
+
 def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
     """As `measures_of`, of gears that only spin about ideal axes."""
     rows, pinion = np.zeros((4, q.size)), model.spins[mesh.stage.fast.name]
     carrier, cycles = _carrier_of_spins(model, mesh), mesh.frame.direction * mesh.frame.pitches_per_radian
-    rows[0] = rows[3] = mesh.row
+    rows[0] = rows[3] = without_rings(model, mesh.row)
     rows[1, pinion], rows[1, carrier] = cycles, -cycles
-    return rows, Measures(float(mesh.row @ q), phase_of(mesh.frame, float(q[pinion] - q[carrier].sum())), {})
+    return rows, Measures(float(rows[0] @ q), phase_of(mesh.frame, float(q[pinion] - q[carrier].sum())), {})

@@ -12,6 +12,7 @@ from exugear.mesh_force.map_range import beyond_map
 from exugear.steady_state.cycle_kernels import MEASURES, NO_SAMPLES, advance, propagators
 from exugear.steady_state.exciting_mesh import ExcitingMesh, times_between_jumps
 from exugear.steady_state.modal_blocks import ModalBlocks
+from exugear.steady_state.ring_blocks import RingBlocks, largest_mobilities
 
 #: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
 #: share in the mobility needs its root of them. Measured: doubling them changes folds and rms by 3e-4 at most.
@@ -44,9 +45,10 @@ class Orbit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearMotion:
-    """The linear system at a speed.
+    """The linear system at a speed, with the modes of elastic rings behind it.
 
-    blocks    of the system at this speed
+    first, second, oscillating
+              (n,) eigenvalues of the blocks [1/s] as in `ModalBlocks`, those of the rings last
     rows      (m, 2 k + 2, 2 n) as `cycle_kernels.advance`
     shifts    (m, 4) likewise
     matrix    (2 n, 2 n) states of the system = matrix . states of the blocks
@@ -56,7 +58,9 @@ class LinearMotion:
     States that are kept between speeds count from there.
     """
 
-    blocks: ModalBlocks
+    first: np.ndarray
+    second: np.ndarray
+    oscillating: np.ndarray
     rows: np.ndarray
     shifts: np.ndarray
     matrix: np.ndarray
@@ -65,11 +69,11 @@ class LinearMotion:
 
     def propagators(self, pieces: np.ndarray) -> np.ndarray:
         """Matrices of the blocks over the steps of the pieces."""
-        return propagators(self.blocks.first, self.blocks.second, self.blocks.oscillating, pieces)
+        return propagators(self.first, self.second, self.oscillating, pieces)
 
 
-def linear_motion(blocks: ModalBlocks, speed: float) -> LinearMotion:
-    """The linear system at a speed of the driving shaft [rad/s]."""
+def linear_motion(blocks: ModalBlocks, rings: RingBlocks, speed: float) -> LinearMotion:
+    """The linear system with elastic rings at a speed of the driving shaft [rad/s]."""
     matrix, rest = np.eye(2 * blocks.first.size), blocks.rest_at(speed)
     by_measures = blocks.measures.reshape(*blocks.measures.shape[:2], -1) @ rest
     shifts = np.zeros((len(by_measures), MEASURES + 1))
@@ -79,7 +83,19 @@ def linear_motion(blocks: ModalBlocks, speed: float) -> LinearMotion:
     measures, dte = blocks.measures[:, :-1], blocks.measures[:, -1:]
     tables = [blocks.rate_rows[:, None], measures, blocks.by_impulses, dte]
     rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
-    return LinearMotion(blocks, rows, shifts, matrix, np.linalg.inv(matrix), rest)
+    m, apart = rings.number, np.zeros((2 * blocks.first.size, 2 * rings.number))
+    rows = np.concatenate([rows, np.zeros((*rows.shape[:2], 2 * m))], axis=2)
+    matrix = np.block([[matrix, apart], [apart.T, np.eye(2 * m)]])
+    return LinearMotion(
+        np.concatenate([blocks.first, rings.damping_rate]),
+        np.concatenate([blocks.second, rings.frequency]),
+        np.concatenate([blocks.oscillating, np.ones(m, bool)]),
+        rows,
+        shifts,
+        matrix,
+        np.linalg.inv(matrix),
+        np.append(rest, np.zeros(2 * m)),
+    )
 
 
 def sections_of(pieces: np.ndarray) -> list[np.ndarray]:
@@ -117,12 +133,14 @@ class SteadySystem:
     blocks        linear system at a speed, these meshes with their mean stiffness
     mesh_cycles   of the reference mesh per radian of the driving shaft
     variation     of the stiffness of any further mesh over its cycle, over its mean, which the linear system contains
+    rings         modes of elastic rings, whose states stand behind those of the blocks
     """
 
     meshes: tuple[ExcitingMesh, ...]
     blocks: ModalBlocks
     mesh_cycles: float
-    variation: float = 0.0
+    variation: float
+    rings: RingBlocks
     records: tuple[np.record, ...] = field(init=False, repr=False)
     addresses: np.ndarray = field(init=False, repr=False)
     breaks: np.ndarray = field(init=False, repr=False)
@@ -138,7 +156,21 @@ class SteadySystem:
     @property
     def size(self) -> int:
         """Number of states."""
-        return 2 * self.blocks.first.size
+        return 2 * (self.blocks.first.size + self.rings.number)
+
+    @cached_property
+    def at_start(self) -> np.ndarray:
+        """(2 n,) states at the beginning of the period from which sweeps start: rings bent by the mean mesh forces."""
+        first = 2 * self.blocks.first.size
+        states = np.zeros(self.size)
+        for mesh in self.meshes:
+            if mesh.ring is not None:
+                force = mesh.equilibrium.force
+                shape, _ = mesh.ring.shape_at(force, mesh.phase)
+                begin = int(mesh.ring.record.first)
+                part = slice((begin - first) // 2, (begin - first) // 2 + shape.size)
+                states[begin : begin + 2 * shape.size : 2] += force * shape / self.rings.stiffness[part]
+        return states
 
     @property
     def cycles(self) -> int:
@@ -162,7 +194,15 @@ class SteadySystem:
     @cached_property
     def resolved(self) -> float:
         """Highest frequency [Hz] of the modes times the roots of their shares in the mobility of any mesh."""
-        return float((self.blocks.frequencies * np.sqrt(self.blocks.shares.max(axis=0))).max() / (2 * pi))
+        of_blocks = self.blocks.frequencies * np.sqrt(self.blocks.shares.max(axis=0))
+        of_rings = self.rings.frequency * np.sqrt(self._shares_of_rings)
+        return float(max(of_blocks.max(), of_rings.max(initial=0.0)) / (2 * pi))
+
+    @cached_property
+    def _shares_of_rings(self) -> np.ndarray:
+        """(m,) largest shares of the modes of rings in the mobility of any mesh."""
+        mobilities = largest_mobilities([mesh.ring for mesh in self.meshes], self.rings, self.blocks.first.size)
+        return (mobilities / (self.blocks.mobilities[:, None] + mobilities.sum(axis=1, keepdims=True))).max(axis=0)
 
     @cached_property
     def static_deflection(self) -> float:
@@ -175,7 +215,8 @@ class SteadySystem:
         resolved = self.blocks.shares.max(axis=0) > RESOLVED_SHARE
         damping = np.array([mesh.law.damping for mesh in self.meshes])
         by_meshes = (damping * self.blocks.mobilities) @ self.blocks.shares / 2
-        return float((by_meshes - self.blocks.first)[resolved].min())
+        of_rings = -self.rings.damping_rate[self._shares_of_rings > RESOLVED_SHARE]
+        return float(min((by_meshes - self.blocks.first)[resolved].min(), of_rings.min(initial=np.inf)))
 
     def sampled(self, states: np.ndarray, frequency: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States (n_time, 2 n) and static forces (n_time, m) [N] at times over the common period, which rise from 0."""
@@ -208,7 +249,7 @@ class SteadySystem:
         speed = frequency / self.mesh_cycles if self.blocks.gyroscopic else self.blocks.speed
         if speed not in self._at:
             self._at.clear()
-            self._at[speed] = linear_motion(self.blocks, speed)
+            self._at[speed] = linear_motion(self.blocks, self.rings, speed)
         return self._at[speed]
 
     def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:

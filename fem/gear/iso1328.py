@@ -1,13 +1,18 @@
 """Tolerances of flanks by accuracy class (ISO 1328-1:1995 and 2013), and deviations that are drawn within them.
 
 All lengths in formulas are in mm, tolerances in um, times sqrt(2)^(class - 5). The edition of 1995 takes geometric
-means of the ranges in which diameter, module and face width lie; that of 2013 takes them as they are. F_r is that of
-ISO 1328-2:1997, and of annex E of the edition of 2013 (informative). Values are rounded as the standard says: above
-10 um to 1, from 5 um on to 0.5, below to 0.1 um.
+means of the ranges in which diameter, module and face width lie, and F_r is that of ISO 1328-2:1997; its tables confirm
+them (tests/fem/gear/test_iso1328.py). The edition of 2013 takes the sizes as they are, by its formulas (5) to (12),
+clause 5.3; F_r = 0.9 F_p stands in its annex on runout (informative). Totals are root sums of squares before these are
+rounded. Values are rounded as clause 5.2.3 says: above 10 um to 1, from 5 um on to 0.5, below to 0.1 um.
+
+Source of the edition of 2013: its scope as the publishers' pages print it (classes 1 to 11, 5 <= z <= 1000, 5 to
+15,000 mm, modules of 0.5 to 70 mm, 4 to 1,200 mm, beta <= 45 deg), and three independent public programs that state
+the formulas with their numbers, alike; the standard itself, and a worked table of it, are not public.
 """
 
 from dataclasses import dataclass, fields, replace
-from math import hypot, pi, sqrt
+from math import floor, hypot, pi, sqrt
 
 import numpy as np
 
@@ -27,6 +32,8 @@ NAMES = "f_pt", "F_p", "F_alpha", "f_f_alpha", "f_H_alpha", "F_beta", "f_f_beta"
 #: Limits of the edition of 2013 [mm], and the classes of each edition.
 LIMITS = {"d": (5, 15000), "m_n": (0.5, 70), "b": (4, 1200)}
 CLASSES = {1995: (0, 12), 2013: (1, 11)}
+#: Numbers of teeth of the edition of 2013.
+TEETH = 5, 1000
 #: Share of F_p of the index deviation that returns once per turn, before both are scaled.
 ONCE_PER_TURN = 0.7
 
@@ -70,6 +77,8 @@ def iso1328(gear: Gear, accuracy_class: int, *, edition: int = 2013) -> FlankTol
 
     Raises ValueError for a class, an edition or a size that the standard does not know.
     """
+    teeth = f"z must have {TEETH[0]} to {TEETH[1]} teeth of ISO 1328-1:2013, got {gear.z}; take edition=1995"
+    require(edition != 2013 or TEETH[0] <= abs(gear.z) <= TEETH[1], teeth)
     return tolerances(abs(2 * gear.r) / mm, gear.m_n / mm, gear.b / mm, accuracy_class, edition=edition)
 
 
@@ -79,7 +88,7 @@ def tolerances(d: float, m_n: float, b: float, accuracy_class: int, *, edition: 
     low, high = CLASSES[edition]
     within = f"accuracy_class of ISO 1328-1:{edition} must be a whole number from {low} to {high}, got {accuracy_class}"
     require(number("accuracy_class", accuracy_class) % 1 == 0 and low <= accuracy_class <= high, within)
-    step = sqrt(2) ** (accuracy_class - 5)
+    step = 2 ** ((accuracy_class - 5) / 2)
     if edition == 1995:
         d, m, b = (_mean(*x) for x in (("d", d, DIAMETERS), ("m_n", m_n, MODULES), ("b", b, WIDTHS)))
         values = {
@@ -121,9 +130,9 @@ def _mean(name: str, value: float, limits: tuple[float, ...]) -> float:
 
 
 def _rounded(value: float) -> float:
-    """A tolerance [um] rounded as in the standard."""
+    """A tolerance [um] rounded as in the standard, halves up."""
     digit = 1.0 if value > 10 else 0.5 if value >= 5 else 0.1
-    return round(value / digit) * digit
+    return floor(value / digit + 0.5 + 1e-9) * digit
 
 
 @checked

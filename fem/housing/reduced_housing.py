@@ -108,6 +108,22 @@ class ReducedHousing:
 
         The level is 10 lg(P / 1e-12 W). All of the surface counts, inside and outside.
         """
-        density, speed = AIR
         velocity = self.surface_velocity(frequency, forces, damping_ratio=damping_ratio)
+        return self._power_of(velocity)
+
+    @checked
+    def power_of_motion(self, rates: Amplitudes) -> np.ndarray:
+        """(n_frequency,) equivalent radiated power [W] of known motion, as `radiated_power`.
+
+        rates   (n_frequency, 6 n + m) complex amplitudes of the rates of the coordinates [m/s, rad/s]
+        """
+        moving = np.atleast_2d(np.asarray(rates))
+        shape = f"rates must be (n_frequency, {len(self.stiffness)}), got {moving.shape}"
+        require(moving.ndim == 2 and moving.shape[1] == len(self.stiffness), shape)
+        require_finite("rates", np.abs(moving))
+        return self._power_of(moving @ self.velocities.T)
+
+    def _power_of(self, velocity: np.ndarray) -> np.ndarray:
+        """(n_frequency,) power [W] of normal velocities (n_frequency, n_facet) [m/s]."""
+        density, speed = AIR
         return density * speed / 2 * (np.abs(velocity) ** 2 @ self.areas)

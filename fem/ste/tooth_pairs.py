@@ -8,14 +8,16 @@ of several tooth pairs under a transmission error te is composed of
 with the deflection h of a tooth pair that carries the load f alone at the position s on the path of contact, the
 coupling c of two tooth pairs by the bodies of their gears, and the pitch deviations d. s counts in pitches from the
 pitch point on; the tooth pair with the number k is at s = phase + k. What single teeth have beside a pitch deviation
-changes h of their tooth pairs by an increment, solved with this tooth against a tooth of the mate without deviations.
+changes h of their tooth pairs by an increment, solved with this tooth against a tooth of the mate without deviations,
+and moves their load along the face: its moment couples with the loads of the neighbours, too. Where few teeth of either
+gear have it, as spalls, what the tooth pairs of both have beside the sum of increments is solved as well.
 """
 
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from math import ceil, lcm, tan
+from math import ceil, gcd, lcm, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -44,8 +46,9 @@ from fem.support.validation import require
 #: Loads of single tooth pairs over the largest mesh force: a tooth that stands proud carries all of it, a coupled one
 #: more.
 LOADS = np.geomspace(0.002, 1.6, 14)
-#: Loads at which increments are solved, over the largest of `LOADS`.
-INCREMENT_LOADS = np.array([0.0025, 0.01, 0.04, 0.16, 0.5, 1.0])
+#: Loads at which increments are solved, over the largest of `LOADS`: those of a helix slope change within a factor of 3
+#: of the load under which the contact spreads over the face.
+INCREMENT_LOADS = np.geomspace(0.001, 1, 10)
 #: Load at which the line loads are taken that couple tooth pairs, over the largest mesh force.
 COUPLED_LOAD = 0.3
 #: Loads of the states by which a law states its error, over the largest mesh force.
@@ -60,7 +63,11 @@ SHORTEST_PART = 0.004
 #: Gap beyond the path up to which tooth pairs may touch [m].
 FURTHEST_GAP = 1e-3
 #: Steps in a pitch at which increments are given.
-INCREMENT_STEPS = 128
+INCREMENT_STEPS = 64
+#: Tooth pairs of which both teeth have increments, up to which they are solved as such.
+MOST_MEETING = 64
+#: Pitch deviation of a tooth that is missing [m], and material removed from it.
+MISSING = 0.5e-3
 POSITION, DISTANCE, INCREMENT_TORQUE = "position", "distance", "increment_torque"
 GEARS = "pinion", "wheel"
 
@@ -142,10 +149,17 @@ def tooth_pair_map(
     pinion_pitch, wheel_pitch
                     over the teeth of either gear: pitch deviations [m]
     pinion_increment, wheel_increment
-                    over (pinion_variant or wheel_variant, increment_torque, position): change of te by what teeth have
-                    beside pitch deviations [m]
+                    over (pinion_variant or wheel_variant, *offsets, increment_torque, position): change of te by what
+                    teeth have beside pitch deviations [m]
+    pinion_moment, wheel_moment
+                    likewise: change of load times force centroid [N m]
     pinion_variant_of, wheel_variant_of
                     over the teeth: number of the increment; -1: none
+    meeting_increment, meeting_moment
+                    over (meeting, ...): what tooth pairs of which both teeth have increments have beside their sum
+    meeting_of      over (pinion_variant, wheel_variant): its number; -1: the sum is taken, as where more than 64 meet
+    moment_coupling over (moment_of, distance, position): transmission error of a tooth pair by a moment of the load on
+                    that further ahead, of that by a moment of the former [1/N], and of moment by moment [rad/(N m)]
 
     te_check        over (torque_check, phase_check): transmission error [m] of the whole contact
 
@@ -176,9 +190,11 @@ def tooth_pair_map(
         on_path = (position >= parts[1]) & (position <= parts[-2])
         states[0] = rising(states[0], on_path)
         coupling = couplings(nominal, parts, force)
-        increments = [_increments(nominal, pair, number, parts, executor) for number in range(2)]
+        solver = IncrementSolver(nominal, parts, executor, {})
+        increments = [_increments(solver, pair, number) for number in range(2)]
+        meeting = _meeting(solver, pair, increments)
         whole = _whole_contacts(replace(nominal, model=model, forces=force * CHECKED_LOADS), checks)
-    data = _labelled(pair, nominal, axes, parts, position, states, coupling, increments)
+    data = _labelled(pair, nominal, axes, parts, position, states, coupling, increments, meeting)
     data["te_check"] = ("torque_check", "phase_check"), whole[1], {"units": "m"}
     return data.assign_coords(torque_check=largest * CHECKED_LOADS, phase_check=whole[0])
 
@@ -265,38 +281,46 @@ def rising(te: np.ndarray, on_path: np.ndarray) -> np.ndarray:
 
 
 class CoupledLoads(NamedTuple):
-    """Slices of a tooth pair at a position, and the shares of its load on them, of sum 1; each (n,)."""
+    """Slices of a tooth pair at a position, each (n,), and their loads of sum 1, and of sum 0 and moment 1 [1/m]."""
 
     low: np.ndarray
     high: np.ndarray
     share: np.ndarray
+    tilting: np.ndarray
+
+
+#: Kinds of loads behind and ahead that couple: shares, a moment behind, a moment ahead, both moments.
+KINDS = ("share", "share"), ("tilting", "share"), ("share", "tilting"), ("tilting", "tilting")
 
 
 def couplings(single: SinglePair, parts: np.ndarray, force: float) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n,) [pitches] and couplings (n_distance, n) of a tooth pair there with those ahead [m/N]."""
+    """Positions (n,) [pitches] and couplings (4, n_distance, n) of `KINDS` of a tooth pair there with those ahead."""
     step = 1 / COUPLING_KNOTS
     position = np.arange(np.floor(parts[0] / step), np.ceil(parts[-1] / step) + 1) * step
     a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
     inner = np.clip(position, parts[1], parts[-2])
     loads = [_coupled_loads(single.contact(single.at(a, axial, float(s))), COUPLED_LOAD * force) for s in inner]
     distances = min(ceil(parts[-1] - parts[0]), *(len(body.blocks) - 1 for body in single.bodies))
-    values = np.zeros((distances, position.size))
+    values = np.zeros((len(KINDS), distances, position.size))
     for i, s in enumerate(position):
         for n in range(1, distances + 1):
-            ahead = i + n * COUPLING_KNOTS
-            values[n - 1, i] = _coupling(single, a, axial, float(s), n, loads[i], loads[min(ahead, len(loads) - 1)])
+            ahead = loads[min(i + n * COUPLING_KNOTS, len(loads) - 1)]
+            values[:, n - 1, i] = _coupling(single, a, axial, float(s), n, loads[i], ahead)
     return position, values
 
 
 def _coupled_loads(contact: ToothContact, force: float) -> CoupledLoads:
     slices, loads = contact.slice_loads(np.array([force]), np.zeros(1))
-    return CoupledLoads(slices.low, slices.high, loads.force[0] / loads.force[0].sum())
+    share, axial = loads.force[0] / loads.force[0].sum(), (slices.low + slices.high) / 2
+    arm = axial - share @ axial
+    spread = share @ arm**2
+    return CoupledLoads(slices.low, slices.high, share, share * arm / spread if spread > 0 else 0 * share)
 
 
 def _coupling(
     single: SinglePair, a: float, axial: float, s: float, distance: int, behind: CoupledLoads, ahead: CoupledLoads
-) -> float:
-    """Transmission error of a tooth pair at s per load on that by a distance further ahead [m/N]."""
+) -> list[float]:
+    """Couplings of `KINDS` of a tooth pair at s with that by a distance further ahead."""
     place = MeshPosition(single.model.pair, a, axial, s, candidates=range(distance + 1))
     contact = ToothContact(place, single.bodies[0], single.bodies[1], single.slices)
     number = np.repeat([0, distance], [behind.low.size, ahead.low.size])
@@ -308,53 +332,117 @@ def _coupling(
     line_load = COUPLED_LOAD * single.forces[-1] / place.pair.b
     compliance = compliance_at(slices, DEPTH * pinion.m_n, line_load, bodies, contact.face)
     n, inclined = behind.low.size, contact.slicing.mesh.geometry.position["inclined"]
-    return float(behind.share @ compliance[:n, n:] @ ahead.share) * contact.face.share / inclined**2
+    scale = contact.face.share / inclined**2
+    return [
+        scale * float(getattr(behind, first) @ compliance[:n, n:] @ getattr(ahead, second)) for first, second in KINDS
+    ]
 
 
 class Increments(NamedTuple):
-    """Changes of te (n_variant, n_load, n_position) [m] at loads (n_load,) [N], and the variant (z,) of each tooth."""
+    """Changes of te [m] and of the moment of the load [N m], and the variant (z,) of each tooth.
+
+    values       (2, n_variant, n_a, n_misalignment, n_axial, n_load, n_position) at loads (n_load,) [N]
+    flanks       modifications of the teeth with a variant
+    """
 
     variant_of: np.ndarray
     loads: np.ndarray
     position: np.ndarray
     values: np.ndarray
+    flanks: list
 
 
-def _increments(
-    nominal: SinglePair, pair: GearPair, number: int, parts: np.ndarray, executor: Executor | None
-) -> Increments:
-    """Increments of the teeth of pinion (0) or wheel (1) that have more than a pitch deviation.
+@dataclass(frozen=True)
+class IncrementSolver:
+    """What increments are solved with: tooth pairs without them, and those already solved, by their positions."""
 
-    They are solved at positions that suit the kinks of each tooth, and interpolated at evenly spaced ones.
-    """
-    gear, model = _gears(pair)[number], nominal.model
+    nominal: SinglePair
+    parts: np.ndarray
+    executor: Executor | None
+    without: dict
+
+    @property
+    def loads(self) -> np.ndarray:
+        return self.nominal.forces[-1] * np.append(0.0, INCREMENT_LOADS)
+
+    @property
+    def position(self) -> np.ndarray:
+        first, last = self.parts[0], self.parts[-1]
+        return first + np.arange(ceil((last - first) * INCREMENT_STEPS) + 1) / INCREMENT_STEPS
+
+    def of(self, pinion, wheel, what: str) -> np.ndarray:
+        """(2, ...) changes by further modifications of both teeth, as in `Increments`.
+
+        They are solved at positions that suit the kinks of these teeth, and interpolated at evenly spaced ones.
+        """
+        model, parts = self.nominal.model, self.parts
+        with_teeth = _with_flanks(model.pair, pinion, wheel)
+        of_teeth = parts_of_path(with_teeth, float(model.offsets["a"].min()))
+        of_teeth = np.concatenate([parts[:1], of_teeth[1:-1], parts[-1:]])
+        at = knots(of_teeth, INCREMENT_KNOTS if of_teeth.size == parts.size else KINKED_KNOTS)
+        single = replace(self.nominal, forces=self.loads)
+        if at.tobytes() not in self.without:
+            self.without[at.tobytes()] = self._states(single, at, "tooth pairs without those of single teeth")
+        solved = self._states(replace(single, model=replace(model, pair=with_teeth)), at, what)
+        change = np.moveaxis(solved - self.without[at.tobytes()], -1, 0)
+        return np.moveaxis(over_parts(at, change, of_teeth, self.position), 0, -1)
+
+    def _states(self, single: SinglePair, at: np.ndarray, what: str) -> np.ndarray:
+        """(2, n_a, n_misalignment, n_axial, n_load, n_position) te [m] and moment of the load [N m]."""
+        te, _, centroid = _solved(single, at, self.executor, what)
+        moment = centroid * single.forces.reshape(-1, 1, 1, 1, 1)
+        return np.moveaxis(np.array([te, moment]), 1, -2)
+
+
+def _increments(solver: IncrementSolver, pair: GearPair, number: int) -> Increments:
+    """Increments of the teeth of pinion (0) or wheel (1) that have more than a pitch deviation."""
+    gear = _gears(pair)[number]
     teeth = [of_single_tooth(gear.drive_flank, tooth, gear.z) for tooth in range(abs(gear.z))]
     alike = alike_on_all_teeth(gear.drive_flank)
     variants = list(dict.fromkeys(flank for flank in teeth if flank != alike))
     variant_of = np.array([variants.index(flank) if flank in variants else -1 for flank in teeth])
-    loads = nominal.forces[-1] * np.append(0.0, INCREMENT_LOADS)
-    offsets = {name: values[:1] for name, values in model.offsets.items()}
-    single = replace(nominal, model=replace(model, offsets=offsets), forces=loads)
-    position = parts[0] + np.arange(ceil((parts[-1] - parts[0]) * INCREMENT_STEPS) + 1) / INCREMENT_STEPS
-    values, without = np.zeros((len(variants), loads.size, position.size)), {}
+    bare = [gear.drive_flank for gear in _gears(solver.nominal.model.pair)]
+    values = []
     for i, flank in enumerate(variants):
-        flanks = [list(gear.drive_flank) for gear in _gears(model.pair)]
-        flanks[number] = list(flank)
-        with_tooth = _with_flanks(model.pair, *flanks)
-        of_tooth = parts_of_path(with_tooth, float(model.offsets["a"].min()))
-        of_tooth = np.concatenate([parts[:1], of_tooth[1:-1], parts[-1:]])
-        at = knots(of_tooth, INCREMENT_KNOTS if of_tooth.size == parts.size else KINKED_KNOTS)
-        if at.tobytes() not in without:
-            base = f"tooth pairs without that of the {GEARS[number]}"
-            without[at.tobytes()] = _solved(single, at, executor, base)[0, :, 0, 0, 0]
-        what = f"{GEARS[number]}, tooth {list(variant_of).index(i)}"
-        solved = _solved(replace(single, model=replace(single.model, pair=with_tooth)), at, executor, what)
-        increment = solved[0, :, 0, 0, 0] - without[at.tobytes()]
-        values[i] = over_parts(at, increment.T, of_tooth, position).T
-    return Increments(variant_of, loads, position, values)
+        flanks = [flank if n == number else bare[n] for n in range(2)]
+        values.append(solver.of(*flanks, f"{GEARS[number]}, tooth {list(variant_of).index(i)}"))
+    return Increments(variant_of, solver.loads, solver.position, _stacked(solver, values), variants)
 
 
-def _labelled(pair, nominal, axes, parts, position, states, coupling, increments) -> xr.Dataset:
+def _stacked(solver: IncrementSolver, values: list[np.ndarray]) -> np.ndarray:
+    """(2, n_variant, ...) changes of some variants, of none too."""
+    counts = [solver.nominal.model.offsets[name].size for name in ("a", "misalignment", "axial")]
+    none = np.zeros((2, 0, *counts, solver.loads.size, solver.position.size))
+    return np.concatenate([none, *(x[:, None] for x in values)], axis=1)
+
+
+def _meeting(solver: IncrementSolver, pair: GearPair, increments: list[Increments]) -> tuple[np.ndarray, np.ndarray]:
+    """What tooth pairs of which both teeth have increments have beside their sum, and its number (n_1, n_2).
+
+    None where they are many, or never meet.
+    """
+    pinion, wheel = increments
+    number = np.full((len(pinion.flanks), len(wheel.flanks)), -1)
+    values: list[np.ndarray] = []
+    apart = gcd(pair.pinion.z, abs(pair.wheel.z))
+    # tooth i of the pinion meets tooth j of the wheel where i + j is a multiple of the common divisor
+    meeting = [
+        (i, j)
+        for i, j in np.ndindex(*number.shape)
+        if np.any(
+            (np.flatnonzero(pinion.variant_of == i)[:, None] + np.flatnonzero(wheel.variant_of == j)) % apart == 0
+        )
+    ]
+    if len(meeting) > MOST_MEETING:
+        return number, _stacked(solver, [])
+    for n, (i, j) in enumerate(meeting):
+        both = solver.of(pinion.flanks[i], wheel.flanks[j], f"increments {i} and {j} of both gears")
+        values.append(both - pinion.values[:, i] - wheel.values[:, j])
+        number[i, j] = n
+    return number, _stacked(solver, values)
+
+
+def _labelled(pair, nominal, axes, parts, position, states, coupling, increments, meeting) -> xr.Dataset:
     dims = [TORQUE, "a", "misalignment", "axial", POSITION]
     r_b = pair.pinion.r_b
     kept = [name for name in dims if name in (TORQUE, POSITION, *axes)]
@@ -369,17 +457,29 @@ def _labelled(pair, nominal, axes, parts, position, states, coupling, increments
         coords,
     )
     at, values = coupling
-    data["coupling"] = (DISTANCE, "coupled_position"), values
-    data = data.assign_coords({DISTANCE: np.arange(1, len(values) + 1), "coupled_position": at})
+    data["coupling"] = (DISTANCE, "coupled_position"), values[0]
+    data["moment_coupling"] = ("moment_of", DISTANCE, "coupled_position"), values[1:]
+    data = data.assign_coords({DISTANCE: np.arange(1, values.shape[1] + 1), "coupled_position": at})
+    data = data.assign_coords({"moment_of": ["behind", "ahead", "both"]})
+    fixed = {x: 0 for x in ("a", "misalignment", "axial") if x not in axes}
+
+    def changes(variant: str, values: np.ndarray) -> xr.DataArray:
+        dims_of = variant, "a", "misalignment", "axial", INCREMENT_TORQUE, "increment_position"
+        return xr.DataArray(values, dims=dims_of).isel(fixed)
+
+    data["meeting_of"] = ("pinion_variant", "wheel_variant"), meeting[0]
+    for what, values, unit in zip(("increment", "moment"), meeting[1], ("m", "N m"), strict=True):
+        data[f"meeting_{what}"] = changes("meeting", values)
+        units[f"meeting_{what}"] = unit
     for name, gear, of_gear in zip(GEARS, _gears(pair), increments, strict=True):
         turned = np.zeros(abs(gear.z))
         for part in pitch_deviations(gear.drive_flank):
             turned += np.array(part.values)
         data[f"{name}_pitch"] = f"{name}_tooth", turned
         data[f"{name}_variant_of"] = f"{name}_tooth", of_gear.variant_of
-        dims_of = f"{name}_variant", INCREMENT_TORQUE, "increment_position"
-        data[f"{name}_increment"] = dims_of, of_gear.values
-        units |= {f"{name}_pitch": "m", f"{name}_increment": "m"}
+        for what, values in zip(("increment", "moment"), of_gear.values, strict=True):
+            data[f"{name}_{what}"] = changes(f"{name}_variant", values)
+        units |= {f"{name}_pitch": "m", f"{name}_increment": "m", f"{name}_moment": "N m"}
         data = data.assign_coords({INCREMENT_TORQUE: of_gear.loads * r_b, "increment_position": of_gear.position})
     for name, unit in ({"coupling": "m/N"} | units).items():
         data[name].attrs["units"] = unit

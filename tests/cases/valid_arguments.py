@@ -352,6 +352,8 @@ def by_name() -> dict[str, Any]:
         "reduce_housing.material": fem.STEEL, "reduce_housing.modes": 3,
         "ReducedHousing.response.frequency": [10.0], "ReducedHousing.surface_velocity.frequency": [10.0],
         "forces": np.ones((1, 6)), "damping_ratio": 0.02,
+        "ReducedHousing.power_of_motion.rates": np.zeros((1, 9)), "plan.housing_modes": None,
+        "Housing.from_file.damping_ratio": 0.0, "Gearbox.between": {},
         "Housing.from_file.path": folder / "housing.npz", "Housing.from_file.mass": None,
         "Housing.from_file.seats": [("fast", 0.0)], "Housing.from_reduction.seats": [("fast", 0.0)],
         "Housing.from_reduction.reduced": reduced_housing(),

@@ -83,8 +83,8 @@ def test_friction_of_a_contact_agrees_with_the_law(law):
             (pull, moment), (pull_of_constant, moment_of_constant) = (
                 forces_and_moments(pair, x, 0.1, force, speed) for x in (friction, constant)
             )
-            assert pull / pull_of_constant == pytest.approx(expected, rel=1e-9)
-            assert moment / moment_of_constant == pytest.approx(expected, rel=1e-9)
+            assert pull / pull_of_constant == pytest.approx(expected, rel=1e-12)
+            assert moment / moment_of_constant == pytest.approx(expected, rel=1e-12)
 
 
 def test_loss_by_a_law_is_that_of_its_coefficient():
@@ -142,9 +142,9 @@ def test_a_contact_with_a_local_coefficient_interpolates_the_tables(pair):
         forces = np.array([forces_and_moments(pair, friction, i / N, force, speed) for i in range(N)])
         loss = forces[:, 1].mean() / force * abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
         omega_1 = speed / (1 + pair.pinion.z / pair.wheel.z)
-        assert loss == pytest.approx(friction.loss(pair, force=force, speed=omega_1), rel=1e-6)
+        assert loss == pytest.approx(friction.loss(pair, force=force, speed=omega_1), rel=1e-12)
     fast, slow = (forces_and_moments(pair, friction, 0.1, 5e3, x / v)[0] for x in (10.0, 1.0))
-    assert fast == pytest.approx(slow * 10**-0.100601, rel=1e-9)
+    assert fast == pytest.approx(slow * 10**-0.100601, rel=1e-12)
 
 
 def test_tables_of_a_local_coefficient_belong_to_it():

@@ -9,7 +9,7 @@ import pytest
 from planetary_boxes import GEAR, SUN_PAIR, members, planar_box, planetary, waving_law
 
 import exugear
-from fem.units import deg, um
+from fem.units import deg, mm, um
 
 #: Load on the carrier [N m], displacement [m] and direction [rad].
 LOAD, SHIFT, AT = 4000.0, 2 * um, 30 * deg
@@ -77,11 +77,65 @@ def test_an_eccentric_carrier_gives_shares_that_stay():
     assert shares == pytest.approx(np.tile(1 / 3 - X / 4 * np.sin(AT - psi), (shares.shape[1], 1)).T, abs=2e-3 * X)
 
 
+#: Tilt of an axis [rad], and axial position at which mesh forces act [m].
+TILT, ARM = 4e-4, 4 * mm
+
+
+def law_beside_the_middle() -> exugear.MeshForce:
+    """F = k (deflection + ARM misalignment): a mesh whose force acts beside its mid-plane."""
+    misalignment, pressed = TILT * np.arange(-2, 3), np.linspace(0, 60 * um, 9)
+    deflection = np.broadcast_to(pressed - ARM * misalignment[:, None, None], (5, 4, 9))
+    force, axis = np.broadcast_to(5e8 * pressed, (5, 4, 9)), {"misalignment": misalignment}
+    return exugear.MeshForce(np.arange(4) / 4, deflection, force, damping=1500.0, backlash=50 * um, offsets=axis)
+
+
+def tilted(load: float = LOAD, **tilts: float) -> tuple[exugear.Run, np.ndarray]:
+    """A run over a turn of the carrier with axes tilted about the direction AT, and shares of the planets."""
+    shafts = members()
+    for name, tilt in tilts.items():
+        offset = exugear.Placement(tilt_x=tilt * cos(AT), tilt_y=tilt * cos(AT - pi / 2))
+        shafts[name] = replace(shafts[name], offset=offset)
+    box = exugear.Gearbox([planetary(law_beside_the_middle(), **shafts)], held="ring")
+    options = {"sample": 2e-3, "tolerance": 1e-2, "power": True, "progress": False, "checks": 0}
+    run = exugear.run_up(exugear.build(box), speed=100.0, load=load, duration=2 * pi / 25, **options)
+    forces = run.data["mesh_force"].values.reshape(3, 2, -1).sum(axis=1)
+    return run, forces / forces.sum(axis=0)
+
+
+def once_in_a_turn(run: exugear.Run, shares: np.ndarray) -> np.ndarray:
+    """(3,) complex amplitudes of the shares over the turn of the carrier."""
+    theta = 25.0 * run.data["time"].values
+    return np.mean((shares * np.exp(-1j * theta))[:, 1:], axis=1) * 2
+
+
+@pytest.mark.parametrize(("member", "load"), [("sun", LOAD), ("ring", LOAD), ("sun", -LOAD)])
+def test_a_tilted_axis_varies_the_shares_once_in_a_turn_of_the_carrier(member, load):
+    """The misalignment moves one of two meshes by ARM TILT along its line: k cos(alpha) ARM TILT / F, either flank."""
+    run, shares = tilted(load, **{member: TILT})
+    assert run.energy_balance().relative < 1e-10
+    expected = 5e8 * cos(ALPHA) * ARM * TILT / (LOAD / SUN_PAIR.a)
+    assert np.abs(once_in_a_turn(run, shares)) == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_tilted_carrier_is_a_sun_and_a_ring_tilted_against_it():
+    of_carrier, of_both = tilted(carrier=TILT), tilted(sun=-TILT, ring=-TILT)
+    assert of_carrier[0].energy_balance().relative < 1e-10
+    # To the second order of the tilt.
+    assert of_carrier[1] == pytest.approx(of_both[1], abs=5e-3 * np.ptp(of_both[1]))
+    assert once_in_a_turn(*of_carrier) == pytest.approx(once_in_a_turn(*of_both), rel=1e-4)
+
+
 def test_axes_that_cannot_be_followed_are_refused_in_words():
     shafts = members()
-    tilted = replace(shafts["sun"], offset=exugear.Placement(tilt_x=1e-4))
-    with pytest.raises(ValueError, match="shaft 'sun' is tilted, seen from planets that turn about it"):
-        exugear.plan(exugear.Gearbox([planetary(**shafts | {"sun": tilted})], held="ring"))
+    leaning = replace(shafts["sun"], offset=exugear.Placement(tilt_x=1e-4))
+    on_pins = planetary(**shafts | {"sun": leaning}, pin=exugear.Bearing(radial=1e8, axial=1e8, tilt=1e6))
+    with pytest.raises(ValueError, match="shaft 'sun' is tilted, seen from planets on elastic pins that turn about it"):
+        exugear.plan(exugear.Gearbox([on_pins], held="ring"))
+    unmapped = r"its misalignment turns from -0.0001 to 0.0001 rad; map it with fem.Offsets\(misalignment="
+    with pytest.raises(ValueError, match=unmapped):
+        exugear.plan(exugear.Gearbox([planetary(**shafts | {"sun": leaning})], held="ring"))
+    with pytest.raises(ValueError, match=r"beyond the map's axis from -0\.0008 to 0\.0008"):
+        tilted(sun=3 * TILT)
     with pytest.raises(ValueError, match="eccentricity must lie within"):
         planetary(eccentricity=(20.0, 0.0))
     with pytest.raises(ValueError, match="eccentricity must be a distance"):

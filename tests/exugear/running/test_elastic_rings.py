@@ -206,11 +206,6 @@ def test_a_ring_that_turns_or_stands_on_bearings_is_refused():
         )
 
 
-def test_steady_states_are_refused():
-    with pytest.raises(ValueError, match=r"rings as stiff as their maps, \['ring'\] have modes"):
-        exugear.steady_states(exugear.build(box_on_ring()), speed=(50.0, 100.0), load=200.0)
-
-
 def test_a_sensor_needs_modes_or_an_influence():
     model = exugear.build(exugear.Gearbox([set_on_ring(modes=False)], held="ring"))
     run = exugear.run_up(model, speed=50.0, load=200.0, duration=1e-3, **OPTIONS)

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, helical_box, planar_box, planetary_box, waving_law
+from elastic_rings import BOLTS, BUSH, box_on_ring, ring_modes, set_on_ring
+from planetary_boxes import GEAR, PIN, SUN_PAIR, helical_box, planar_box, planetary, planetary_box, waving_law
 from settled_runs import agree, settled_dte
 
 import exugear
-from fem.units import deg, um
+from fem.units import deg, mm, um
 
 LAW = waving_law(0.15, damping=4000.0)
 #: Planets neither in phase nor evenly spaced.
@@ -19,6 +20,18 @@ def spins():
 
 def phases_that_fall():
     return planetary_box(law=LAW, driving="carrier", driven="sun"), (33.0, 33.5), 300.0
+
+
+def two_members_driven():
+    """The carrier turns against the sun, the ring is loaded."""
+    speeds = {"sun": 1.0, "carrier": -0.1}
+    return exugear.Gearbox([planetary(LAW, angles=UNEVEN)], speeds=speeds, driven="ring"), (180.0, 184.0), 1200.0
+
+
+def two_members_driven_on_pins():
+    speeds = {"sun": 1.0, "carrier": -0.1}
+    box = exugear.Gearbox([planetary(LAW, angles=UNEVEN, pin=PIN)], speeds=speeds, driven="ring")
+    return box, (180.0, 184.0), 1200.0
 
 
 def planets_on_pins():
@@ -34,6 +47,8 @@ def planets_in_space():
     [
         pytest.param(spins, marks=pytest.mark.slow),
         phases_that_fall,
+        two_members_driven,
+        pytest.param(two_members_driven_on_pins, marks=pytest.mark.slow),
         planets_on_pins,
         pytest.param(planets_in_space, marks=pytest.mark.slow),
     ],
@@ -48,6 +63,58 @@ def test_states_are_those_of_a_settled_run(case):
     assert data.attrs["force_error"] < 1e-4
     orbit = data.isel(point=0)
     agree(orbit, settled_dte(model, orbit, load, 5e-6, 40)[:2])
+
+
+def on_ring(support, **options) -> exugear.Gearbox:
+    """A set whose ring has five modes."""
+    return box_on_ring(support, ring_damping_ratio=0.03, ring_modes=ring_modes(support, 5), **options)
+
+
+def carrier_on_ring() -> exugear.Gearbox:
+    of_set = set_on_ring(BOLTS, ring_damping_ratio=0.03, ring_modes=ring_modes(BOLTS, 5))
+    return exugear.Gearbox([of_set], held="ring", driving="carrier", driven="sun")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("case", "speed", "load"),
+    [
+        (lambda: on_ring(BUSH), 200.0, 200.0),
+        (lambda: on_ring(BOLTS), 300.0, -200.0),
+        (carrier_on_ring, 60.0, 40.0),
+        (lambda: on_ring(BOLTS, pin=PIN), 300.0, 200.0),
+    ],
+    ids=["bush", "coast flanks on bolts", "driven by the carrier", "planets on pins"],
+)
+def test_states_on_a_ring_with_modes_are_those_of_a_settled_run(case, speed, load):
+    """Over a turn of the planets around the ring, 69 mesh cycles; whole laws have the forces of the reduced ones."""
+    model = exugear.build(case())
+    data = exugear.steady_states(model, speed=(speed, 1.004 * speed), load=load, stage=(0, 1), progress=False)
+    assert data.attrs["common_period"] == 69
+    assert data.attrs["force_error"] < 1e-4
+    orbit = data.isel(point=0)
+    agree(orbit, settled_dte(model, orbit, load, 5e-6, 69)[:2])
+
+
+def test_ring_modes_must_oscillate():
+    model = exugear.build(box_on_ring(BUSH, ring_damping_ratio=1.0, ring_modes=ring_modes(BUSH, 5)))
+    with pytest.raises(ValueError, match="ring_damping_ratio of 'ring' must lie below 1"):
+        exugear.steady_states(model, speed=(200.0, 202.0), load=200.0, progress=False)
+
+
+def test_members_that_turn_as_a_block_and_speeds_without_a_common_period_are_refused():
+    block = exugear.Gearbox([planetary(LAW)], speeds={"sun": 1.0, "carrier": 1.0}, driven="ring")
+    options = {"speed": (200.0, 202.0), "progress": False}
+    with pytest.raises(ValueError, match="stand in their mesh at these speeds, its members turn as a block"):
+        exugear.steady_states(exugear.build(block), load=300.0, **options)
+    carrier = exugear.Shaft("carrier", {50 * mm: GEAR}, inertia=0.02, mass=5.0)
+    out = exugear.Shaft("out", {50 * mm: GEAR})
+    parallel = exugear.Stage(carrier, out, LAW, pair=SUN_PAIR)
+    members = [planetary(LAW, carrier=carrier), parallel]
+    coupled = exugear.build(exugear.Gearbox(members, speeds={"sun": 1.0, "ring": 0.6180339887}, driven="out"))
+    apart = r"at these speeds of \['sun', 'ring'\].*or exugear.run_up over a slow ramp"
+    with pytest.raises(ValueError, match=apart):
+        exugear.steady_states(coupled, load=300.0, stage=(0, 6), **options)
 
 
 @pytest.mark.slow

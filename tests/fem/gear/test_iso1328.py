@@ -30,12 +30,26 @@ def test_a_class_is_a_factor_of_the_square_root_of_two():
     assert coarse / fine == pytest.approx(4, rel=0.03)
 
 
-def test_the_edition_of_2013_takes_sizes_as_they_are():
-    """f_pT = 0.001 d + 0.4 m_n + 5 and F_pT = 0.002 d + 0.55 sqrt(d) + 0.7 m_n + 12 [um], class 5."""
-    found = tolerances(378, 21, 550, 5)
-    assert found.f_pt == pytest.approx(round(0.378 + 8.4 + 5) * um)
-    assert found.F_p == pytest.approx(round(0.756 + 0.55 * np.sqrt(378) + 14.7 + 12) * um)
-    assert found.F_alpha == pytest.approx(np.hypot(found.f_H_alpha, found.f_f_alpha), rel=0.05)
+@pytest.mark.parametrize(
+    ("size", "expected"),
+    [
+        ((100, 2, 25, 5), {"f_pt": 5.9, "F_p": 19.1, "f_H_alpha": 4.9, "f_f_alpha": 6.1, "F_alpha": 7.824}),
+        ((100, 2, 25, 5), {"f_H_beta": 6.25, "f_f_beta": 6.95, "F_beta": 9.347, "F_r": 17.19}),
+        ((400, 10, 100, 7), {"f_pt": 18.8, "F_p": 61.6, "f_H_alpha": 16.8, "f_f_alpha": 21.0, "F_alpha": 26.893}),
+        ((400, 10, 100, 7), {"f_H_beta": 17.0, "f_f_beta": 19.8, "F_beta": 26.097, "F_r": 55.44}),
+    ],
+)
+def test_the_edition_of_2013_takes_sizes_as_they_are(size, expected):
+    """Formulas (5) to (12) by hand, rounded as in 5.2.3; totals before their parts are rounded, F_r = 0.9 F_p."""
+    given = tolerances(*size)
+    for name, value in expected.items():
+        step = 1 if value > 10 else 0.5 if value >= 5 else 0.1
+        assert getattr(given, name) / um == pytest.approx(np.floor(value / step + 0.5) * step), name
+
+
+def test_half_steps_are_rounded_up():
+    """f_pt = 0.5 + 3 + 5 = 8.5; times 2 it is 17, times 1/2 4.25, which is 4.3, not the even 4.2."""
+    assert tolerances(500, 7.5, 50, 3).f_pt == pytest.approx(4.3 * um)
 
 
 @pytest.mark.parametrize(
@@ -52,6 +66,9 @@ def test_what_the_standard_does_not_know_is_refused(arguments, message):
 
 
 def test_sizes_beyond_the_standard_are_refused():
+    many = gear(z=1001, m_n=3 * mm, b=20 * mm)
+    with pytest.raises(ValueError, match="z must have 5 to 1000 teeth of ISO 1328-1:2013, got 1001; take edition=1995"):
+        fem.iso1328(many, 6)
     with pytest.raises(ValueError, match=r"b must lie in \[4, 1000\] mm of ISO 1328-1:1995, got 1100 mm"):
         tolerances(378, 21, 1100, 6, edition=1995)
 

@@ -1,0 +1,90 @@
+"""Bearings between shafts: the seat of such a bearing is a position on another shaft, coaxial with its own."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from exugear.gearbox.gear_train import CLOSED
+from exugear.gearbox.housing import Housing, Seat, bearing_on, seat_label, seat_number
+from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.stage import Stage
+from fem.support.validation import require, text_of
+
+#: Distance of a seat from its bearing that is rounding [m].
+NEAR = 1e-6
+
+
+def checked_seats(
+    between: Mapping[Seat, Seat],
+    stages: Sequence[Stage],
+    shafts: Mapping[str, Shaft],
+    positions: Mapping[str, tuple[float, float]],
+    housing: Housing | None,
+) -> dict[Seat, Seat]:
+    """The seats on shafts of a gearbox, with the positions of its bearings; ValueError for those that cannot be.
+
+    positions   x, y of the shafts [m] by their names
+    """
+    pairs = isinstance(between, Mapping) and all(_is_seat(x) and _is_seat(y) for x, y in between.items())
+    require(pairs, f"between must map ('idler', 10*mm) to ('main', 50*mm), got {text_of(between)}")
+    seats: dict[Seat, Seat] = {}
+    for (name, axial), (on, at) in between.items():
+        unknown = [x for x in (name, on) if x not in shafts]
+        require(not unknown, f"between: no shafts {unknown}; the shafts are {[*shafts]}")
+        label, carrying = seat_label((name, axial)), seat_label((on, at))
+        require(name != on, f"between: the bearing {label} would stand on its own shaft; name the other one")
+        known = [x for x in shafts[name].bearings if abs(x - axial) < NEAR]
+        listed = [seat_label((name, x)) for x in shafts[name].bearings]
+        require(bool(known), f"between: no bearing is {label}; bearings of the shaft are {listed}")
+        apart = float(np.hypot(*np.subtract(positions[name], positions[on])))
+        away = f"between: shafts {name!r} and {on!r} lie {apart:.4g} m apart; a bearing between them needs one axis"
+        require(apart < CLOSED * max(abs(stage.pair.a) for stage in stages), away)
+        _check_kinds(stages, shafts, name, on)
+        bearing = bearing_on(shafts, (name, known[0]))
+        rolls = isinstance(bearing, RollingBearing) and bearing.cage_rolls
+        require(not rolls, f"between: the cage of the bearing {label} rolls, which is not built between shafts")
+        housed = seat_number(housing, name, known[0]) is not None
+        require(not housed, f"between: the bearing {label} has a seat in the housing, too; name one of them")
+        _check_node(shafts[on], at, carrying)
+        seats[name, known[0]] = on, float(at)
+    _check_carried(shafts, seats)
+    return seats
+
+
+def _is_seat(value: Any) -> bool:
+    named = isinstance(value, tuple) and len(value) == 2 and isinstance(value[0], str)
+    return named and isinstance(value[1], int | float | np.floating) and bool(np.isfinite(value[1]))
+
+
+def _check_kinds(stages: Sequence[Stage], shafts: Mapping[str, Shaft], name: str, on: str) -> None:
+    """ValueError for shafts of planetary sets, whose axes orbit or whose frames turn."""
+    of_sets = {shaft.name for stage in stages if stage.carrier for shaft in stage.shafts}
+    members = [x for x in (name, on) if x in of_sets]
+    require(not members, f"between: shafts {members} belong to planetary sets, where such bearings are not built")
+    drags = [axial for axial, drag in shafts[name].drags if drag.needs_load]
+    require(not drags, f"between: the BearingDrag of shaft {name!r} at {drags} m needs a load; pass load=... [N]")
+
+
+def _check_node(shaft: Shaft, axial: float, label: str) -> None:
+    """ValueError where an elastic shaft that carries a seat has no node there."""
+    if shaft.sections:
+        nodes = shaft.beam.axial
+        none = f"between: shaft {shaft.name!r} has neither part nor end of a section {label}"
+        require(bool(np.abs(nodes - axial).min() < NEAR), f"{none}; divide its section there")
+
+
+def _check_carried(shafts: Mapping[str, Shaft], seats: Mapping[Seat, Seat]) -> None:
+    """ValueError for shafts that carry one another in a circle, without a bearing in the housing or on ground."""
+    carried = {name for name, shaft in shafts.items() if any((name, x) not in seats for x in shaft.bearings)}
+    carried |= {name for name, shaft in shafts.items() if not shaft.bearings}
+    for _ in shafts:
+        carried |= {name for (name, _), (on, _) in seats.items() if on in carried}
+    floating = sorted({*shafts} - carried)
+    require(not floating, f"between: shafts {floating} carry one another alone; give one of them a bearing on ground")
+
+
+def names_between(between: Mapping[Seat, Seat]) -> set[str]:
+    """Names of the shafts with a bearing on another shaft, and of those that carry one."""
+    return {name for pair in between.items() for name, _ in pair}

@@ -1,0 +1,112 @@
+"""Compiled: what the modes of an elastic ring do in a mesh of a steady state, and the mesh on them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import carray
+
+from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
+from fem.support.numba_cache import compiled
+
+#: The ring in a mesh. Numbers of modes, of values around the ring, and of the first state of the modes; addresses of
+#: the shapes g and their slopes per spacing (2, points, modes, 2), of the driving and the coast flank, of real and
+#: imaginary parts of the eigenvalues (modes) [1/s], of the changes of the second states per impulse (modes), and of
+#: room for g here and its slope per pitch (2, modes); position of the mesh on the ring at phase 0 and its change per
+#: pitch, in spacings.
+STEADY_RING = record_type(
+    *((name, "i8") for name in ("modes", "points", "first", "table", "damping_rate", "frequency")),
+    *((name, "i8") for name in ("by_impulses", "along")),
+    *((name, "f8") for name in ("start", "pitch")),
+)
+steady_ring_at = reader(STEADY_RING)
+
+
+class Yielding(NamedTuple):
+    """What the modes of a ring do along the line of action.
+
+    advance, rate   by which they let the deflection lag [m, m/s]
+    by_phase        slope of the advance by the phase [m]
+    phase_rate      pitches per time [1/s]
+    mobility        change of the rate per impulse of the mesh force [1/kg]
+    """
+
+    advance: float
+    rate: float
+    by_phase: float
+    phase_rate: float
+    mobility: float
+
+
+@compiled
+def rigid_ring():
+    """`Yielding` of a ring as stiff as its map."""
+    return Yielding(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@compiled
+def yielding_at(ring, side, phase, phase_rate, states):
+    """`Yielding` of a ring at the phase of the driving flank, pressed on a side; notes g and its slopes."""
+    m, points = ring.modes, ring.points
+    table = carray(doubles_at(ring.table), (2, points, m, 2))[0 if side > 0.0 else 1]
+    damping_rate, frequency = carray(doubles_at(ring.damping_rate), m), carray(doubles_at(ring.frequency), m)
+    by_impulses, along = carray(doubles_at(ring.by_impulses), m), carray(doubles_at(ring.along), (2, m))
+    position = ring.start + ring.pitch * phase
+    first = np.floor(position)
+    u = position - first
+    i = int(first) % points
+    k = (i + 1) % points
+    v = 1.0 - u
+    a, b, c, d = v * v * (1.0 + 2.0 * u), u * v * v, u * u * (1.0 + 2.0 * v), -u * u * v
+    e, f, h = -6.0 * u * v, v * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
+    advance, rate, slope, mobility = 0.0, 0.0, 0.0, 0.0
+    for j in range(m):
+        g = a * table[i, j, 0] + b * table[i, j, 1] + c * table[k, j, 0] + d * table[k, j, 1]
+        g_phase = ring.pitch * (e * (table[i, j, 0] - table[k, j, 0]) + f * table[i, j, 1] + h * table[k, j, 1])
+        x, y = states[ring.first + 2 * j], states[ring.first + 2 * j + 1]
+        along[0, j], along[1, j] = g, g_phase
+        advance, slope = advance + g * x, slope + g_phase * x
+        rate += g * (damping_rate[j] * x - frequency[j] * y)
+        mobility -= g * g * frequency[j] * by_impulses[j]
+    return Yielding(advance, rate + slope * phase_rate, slope, phase_rate, mobility)
+
+
+@compiled
+def push_ring(ring, impulse, states):
+    """Change the states of the modes by an impulse of the mesh force [N s], where the ring was last."""
+    by_impulses, along = carray(doubles_at(ring.by_impulses), ring.modes), carray(doubles_at(ring.along), ring.modes)
+    for j in range(ring.modes):
+        states[ring.first + 2 * j + 1] += impulse * along[j] * by_impulses[j]
+
+
+@compiled
+def ring_changes(ring, impulse, yielding, matrix, changes):
+    """Add to the changes (5, c) of the impulses of a mesh those by the states of the modes.
+
+    changes   of the impulse along the line of action, on the phase, and on the misalignment; of deflection and phase
+    """
+    m = ring.modes
+    damping_rate, frequency = carray(doubles_at(ring.damping_rate), m), carray(doubles_at(ring.frequency), m)
+    along = carray(doubles_at(ring.along), (2, m))
+    for j in range(m):
+        g, g_phase, at = along[0, j], along[1, j], ring.first + 2 * j
+        by_first = -impulse.by_advance * g - impulse.by_rate * (g * damping_rate[j] + g_phase * yielding.phase_rate)
+        by_second = impulse.by_rate * g * frequency[j]
+        on_phase = -impulse.by_phase * g - impulse.on_ring * g_phase
+        for i in range(matrix.shape[1]):
+            changes[0, i] += by_first * matrix[at, i] + by_second * matrix[at + 1, i]
+            changes[1, i] += on_phase * matrix[at, i]
+    for i in range(matrix.shape[1]):
+        changes[1, i] -= yielding.by_phase * (changes[0, i] + impulse.by_linear * changes[3, i])
+
+
+@compiled
+def push_ring_columns(ring, impulse, matrix, changes):
+    """Change the columns of a matrix (2 n, c) by the changes (5, c), as `ring_changes`, of the impulse on the modes."""
+    m = ring.modes
+    by_impulses, along = carray(doubles_at(ring.by_impulses), m), carray(doubles_at(ring.along), (2, m))
+    for j in range(m):
+        at = ring.first + 2 * j + 1
+        by_push, by_phase = along[0, j] * by_impulses[j], impulse.on_ring * along[1, j] * by_impulses[j]
+        for i in range(matrix.shape[1]):
+            total = changes[0, i] + impulse.by_linear * changes[3, i]
+            matrix[at, i] += by_push * total + by_phase * changes[4, i]
