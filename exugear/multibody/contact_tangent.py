@@ -138,23 +138,25 @@ class HeldContact:
         *numbers, stiffness, side, deflection, phase = self.floats[NOTES].tolist()
         return Noted(numbers, stiffness, side, deflection, phase)
 
-    def forces(self, point: list[float], numbers: Sequence[float], *, rubs: bool) -> np.ndarray:
+    def forces(self, point: list[float], numbers: Sequence[float] | np.ndarray, *, rubs: bool) -> np.ndarray:
         """(n,) generalized forces at coordinates and velocities (2 n,) under held numbers (6,)."""
         self.floats[ENGAGED], self.floats[NUMBERS] = HELD, numbers
         return np.array(self.kernel(*self.addresses[rubs], self.t, *point))
 
-    def by_coordinates(self, point: list[float], numbers: Sequence[float]) -> np.ndarray:
+    def by_coordinates(self, point: list[float], numbers: Sequence[float] | np.ndarray) -> np.ndarray:
         """(n, n) slopes of the forces under held numbers by the coordinates."""
         q = point[: len(point) // 2]
         return self._differences(point, numbers, range(len(q)), max(STEP, LEAST_SPACINGS * ulp(max(map(abs, q)))))
 
-    def by_rubbing(self, point: list[float], numbers: Sequence[float]) -> np.ndarray:
+    def by_rubbing(self, point: list[float], numbers: Sequence[float] | np.ndarray) -> np.ndarray:
         """(n, n) slopes of the forces under held numbers without damping by the velocities, through friction."""
         n = len(point) // 2
         step = max(SHARE_OF_FADING * float(self.friction.head.speed), LEAST_SPACINGS * ulp(max(map(abs, point[n:]))))
         return self._differences(point, numbers, range(n, 2 * n), step)
 
-    def _differences(self, point: list[float], numbers: Sequence[float], entries, step: float) -> np.ndarray:
+    def _differences(
+        self, point: list[float], numbers: Sequence[float] | np.ndarray, entries, step: float
+    ) -> np.ndarray:
         """(n, n) slopes of the forces under held numbers by entries of the point, by central differences."""
         self.floats[ENGAGED], self.floats[NUMBERS] = HELD, numbers
         state, addresses, columns = list(point), self.addresses[True], []
