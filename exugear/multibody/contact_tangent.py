@@ -230,7 +230,7 @@ def _by_bearings(held: HeldContact, n: int) -> np.ndarray:
     """(n,) factors of the velocities by which bearings let the rate of the advance lag."""
     factors, first = np.zeros(n), 0
     for kind, lag in zip(held.kinds, (PINION_LAG, WHEEL_LAG), strict=False):
-        components = [*COMPONENTS.get(kind, range(6))]
+        components = COMPONENTS.get(kind, [*range(6)])
         factors[first : first + len(components)] = held.floats[lag][components]
         first += len(components)
     return factors
