@@ -1,4 +1,10 @@
-"""The potential of a flank at given offsets: of a block of the table, or composed of those of single tooth pairs."""
+"""The potential of a flank at given offsets: of a block of the table, or composed of those of single tooth pairs.
+
+Which of both is known from the type of the table where that is `ALIKE_TABLE`, and only found out in each call where it
+is `FORCE_TABLE`: a run whose teeth are alike neither asks nor compiles what composes, for 15 ns a step.
+"""
+
+from numba.extending import overload
 
 from exugear.mesh_force.block_potential import (
     CONTINUED,
@@ -18,23 +24,35 @@ __all__ = ["CONTINUED", "MID_PLANE", "Centroid", "Potential", "centroid_at", "ex
 STEP = 1e-4
 
 
-@compiled
-def potential(table, block, phase: Cell, deflection, lever):
+def potential(table, block, phase: Cell, deflection, lever) -> Potential:  # type: ignore[empty-body]
     """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
+
+
+def extent_of(table, block, phase: Cell):
+    """`Range` of a block in a phase cell."""
+
+
+def centroid_at(table, block, phase: Cell, extent, raw):
+    """`Centroid` of a block at a deflection above the unloaded one; it does not change beyond the ends of the table."""
+
+
+@compiled
+def either_potential(table, block, phase, deflection, lever):
+    """`potential` of a law that may be composed."""
     if table.teeth != 0:
         return composed_potential(table, block, phase, deflection, lever)
     return block_potential(table, block, phase, deflection, lever)
 
 
 @compiled
-def extent_of(table, block, phase: Cell):
-    """`Range` of a block in a phase cell."""
+def either_extent(table, block, phase):
+    """`extent_of` a law that may be composed."""
     return composed_range(table, block, phase) if table.teeth != 0 else range_of(table, block, phase)
 
 
 @compiled
-def centroid_at(table, block, phase: Cell, extent, raw):
-    """`Centroid` of a block at a deflection above the unloaded one; it does not change beyond the ends of the table."""
+def either_centroid(table, block, phase, extent, raw):
+    """`centroid_at` of a law that may be composed."""
     if table.teeth == 0:
         return centroid_of_block(table, block, phase, extent, raw)
     least = STEP * extent.largest
@@ -44,3 +62,29 @@ def centroid_at(table, block, phase: Cell, extent, raw):
     value = -at.by_lever / at.force
     slope = (value + before.by_lever / before.force) / least if raw == depth else 0.0
     return Centroid(value, slope, 0.0)
+
+
+def may_be_composed(table) -> bool:
+    """Whether numba's type of a table leaves open if its law is composed."""
+    return "teeth" in table.fields
+
+
+@overload(potential, jit_options={"forceinline": True})
+def _potential(table, block, phase, deflection, lever):
+    if may_be_composed(table):
+        return lambda table, block, phase, deflection, lever: either_potential(table, block, phase, deflection, lever)
+    return lambda table, block, phase, deflection, lever: block_potential(table, block, phase, deflection, lever)
+
+
+@overload(extent_of)
+def _extent_of(table, block, phase):
+    if may_be_composed(table):
+        return lambda table, block, phase: either_extent(table, block, phase)
+    return lambda table, block, phase: range_of(table, block, phase)
+
+
+@overload(centroid_at)
+def _centroid_at(table, block, phase, extent, raw):
+    if may_be_composed(table):
+        return lambda table, block, phase, extent, raw: either_centroid(table, block, phase, extent, raw)
+    return lambda table, block, phase, extent, raw: centroid_of_block(table, block, phase, extent, raw)

@@ -27,7 +27,7 @@ from exugear.contact.reference_configuration import frame_at, is_rotated, is_spa
 from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
 from exugear.contact.vectors import cross, dot, row_dot, row_total
 from exugear.mesh_force.kernel_records import as_tuple, doubles_at, put_all
-from exugear.mesh_force.patches import table_at
+from exugear.mesh_force.patches import alike_table_at, table_at
 from exugear.multibody.imposed_motion import Spin, in_carrier, spin_of, torque_on, with_spin
 from exugear.multibody.integrator_steps import (
     Beside,
@@ -49,25 +49,26 @@ def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
     return [UPRIGHT if kind == SPATIAL and not rotated else CODES[kind] for kind in kinds]
 
 
-def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
+def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool, composed: bool):
     """The function (law, frame, state, friction, record, t, *coordinates, *velocities) -> generalized forces.
 
     The first five are addresses: of a table's head, a contact frame, a contact state, a record of the friction, and a
     recorder's header. Coordinates and velocities are separate arguments: a list would cost 14 us more in each call from
     Python. Three bodies that only spin are pinion, wheel and their carrier. The amplitudes of an elastic ring follow.
 
-    kinds   of the bodies
-    frame   of the contact: bodies that only spin may be displaced from the pair's nominal positions
-    rubs    whether there is friction; else its address is 0
+    kinds      of the bodies
+    frame      of the contact: bodies that only spin may be displaced from the pair's nominal positions
+    rubs       whether there is friction; else its address is 0
+    composed   whether the law may be composed of those of single tooth pairs (`layout.is_composed`)
     """
     if set(kinds) == {SPIN} and not is_spatial(frame):
-        return _spin_contact(len(kinds), int(rubs), int(frame.modes))
+        return _spin_contact(len(kinds), int(rubs), int(composed), int(frame.modes))
     codes = codes_of(kinds[:2], is_rotated(frame))
-    return _spatial_contact(*codes, int(rubs), len(kinds) - 2, int(frame.modes))
+    return _spatial_contact(*codes, int(rubs), int(composed), len(kinds) - 2, int(frame.modes))
 
 
 @cache
-def _spin_contact(bodies: int, rubs: int, modes: int):
+def _spin_contact(bodies: int, rubs: int, composed: int, modes: int):
     """The compiled contact of two bodies that spin about fixed axes, and of the carrier of these axes, if any.
 
     modes   number of amplitudes of an elastic ring
@@ -77,7 +78,8 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
 
     @kept
     def spin_contact(law, frame, state, friction, record, t, *coordinates):
-        law, frame, state = table_at(law), frame_at(frame), state_at(state)
+        law = table_at(law) if composed == 1 else alike_table_at(law)
+        frame, state = frame_at(frame), state_at(state)
         begin_call(state.steps, t)
         x = coordinates if modes == 0 else coordinates[:bodies] + coordinates[before_rates:rates]
         body_1 = spin_of(state.imposed[0], t, x[0], x[bodies])
@@ -217,7 +219,7 @@ def displaced(motion, moved, slope, speed):
 
 
 @cache
-def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: int):
+def _spatial_contact(kind_1: int, kind_2: int, rubs: int, composed: int, carried: int, modes: int):
     """The compiled contact of two kinds of bodies, as `_spin_contact`; carried: 1 of spins on a carrier."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
     components, bodies = recorded_components(n_1, n_2), n_1 + n_2 + carried
@@ -225,7 +227,8 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
 
     @kept
     def spatial_contact(law, frame, state, friction, record, t, *all_coordinates):
-        law, frame, state = table_at(law), frame_at(frame), state_at(state)
+        law = table_at(law) if composed == 1 else alike_table_at(law)
+        frame, state = frame_at(frame), state_at(state)
         begin_call(state.steps, t)
         begin_solve(state, t)
         coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[before_rates:rates]
