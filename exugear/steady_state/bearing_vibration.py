@@ -21,9 +21,11 @@ DIRECTIONS = "x", "y", "z"
 def bearing_vibration(model: Model, reduction: Reduction, branches: list[Branch]) -> dict[str, Any]:
     """Variables of `steady_states`: rms of the vibration of bearing forces over (point, bearing, direction).
 
-    Raises ValueError where no shaft stands on bearings, and for sets on pins, whose frame turns.
+    Raises ValueError where no shaft stands on bearings, for sets on pins, whose frame turns, and for seats that move.
     """
     require(not model.pins, "bearing_forces must be False for planets on pins, which are seen in a frame that turns")
+    yields = "bearing_forces must be False for bearings on a housing or on other shafts, whose seats move"
+    require(model.gearbox.housing is None and model.seats is None, f"{yields}; take exugear.run_up for them")
     kinds = model.plan.shafts
     shafts = [x for x in model.gearbox.shafts if kinds[x.name].on_bearings and x.bearings]
     require(len(shafts) > 0, "bearing_forces must be False where all shafts only spin: no bearing is modelled")

@@ -133,3 +133,22 @@ def test_what_cannot_be_is_refused_in_words():
         exugear.Housing(SEATS, np.eye(24), damping_ratio=0.02)
     with pytest.raises(ValueError, match="must be of the shape"):
         exugear.Housing(SEATS, np.eye(24), mass=np.eye(12))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bearing", [BALL, rolling()])
+def test_steady_states_on_a_housing_that_vibrates_are_those_of_settled_runs(bearing):
+    model = exugear.build(box_on(vibrating(), bearing))
+    states = exugear.steady_states(model, speed=(165.0, 180.0), load=100.0, progress=False)
+    nearest = states.isel(point=int(np.abs(states["speed"].values - 170.0).argmin()))
+    speed = float(nearest["speed"])
+    run = exugear.run_up(model, speed=speed, load=100.0, duration=0.25, progress=False)
+    dte = run.data["dte"].sel(time=slice(0.2, None)).values
+    assert float(nearest["rms"]) == pytest.approx(dte.std(), rel=3e-3)
+    assert float(nearest["mean"]) == pytest.approx(dte.mean(), rel=2e-3)
+
+
+def test_steady_states_refuse_bearing_forces_on_seats_that_move():
+    model = exugear.build(box_on(stiff(3.0)))
+    with pytest.raises(ValueError, match=r"bearing_forces must be False for bearings on a housing"):
+        exugear.steady_states(model, speed=(165.0, 166.0), load=100.0, bearing_forces=True, progress=False)
