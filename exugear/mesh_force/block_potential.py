@@ -46,7 +46,7 @@ class Centroid(NamedTuple):
 MID_PLANE = Centroid(0.0, 0.0, 0.0)
 
 
-@compiled(forceinline=True)
+@compiled
 def block_potential(table, block, phase: Cell, deflection, lever):
     """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
     extent = range_of(table, block, phase)

@@ -82,16 +82,6 @@ def _start_of(typing_context, record):
     return types.int64(record), code
 
 
-def _beside(typing_context, record, offset):
-    """The function for kernels: (record, bytes) -> the record of the same type that begins so many bytes behind it."""
-
-    def code(context, builder, signature, arguments):
-        start = builder.ptrtoint(arguments[0], context.get_value_type(types.int64))
-        return builder.inttoptr(builder.add(start, arguments[1]), arguments[0].type)
-
-    return record(record, types.int64), code
-
-
 def _put_all(typing_context, address, values):
     """The function for kernels: (address, floats) -> None; it writes the floats of a tuple one after the other.
 
@@ -121,7 +111,6 @@ def _stack_of(typing_context, number):
 
 
 start_of: Any = intrinsic(_start_of)
-beside: Any = intrinsic(_beside)
 stack_of: Any = intrinsic(prefer_literal=True)(_stack_of)
 put_all: Any = intrinsic(_put_all)
 #: The function for kernels: (array, n) -> its n floats as a tuple.

@@ -18,13 +18,13 @@ RESAMPLED = 1024
 PENETRATIONS = 128
 U = np.linspace(0, 1, PENETRATIONS + 1)
 OFFSETS = ("a", "misalignment", "axial")
-#: Head of a table: start of the `TEETH` of which the law is composed, 0 where it is not; numbers of steps and of offset
-#: values; whether all derivatives of the potential act, and whether the force has a centroid beside mid-plane; scalars
-#: of the law; means over phase of force [N] and tangent stiffness [N/m] at the end of the table; largest tangent
-#: stiffness of either flank; side: 1, of a coast flank's table -1; start of that table, 0 where the coast flank is the
-#: mirror image; starts of the arrays [bytes from the head]; pitches after which the law repeats, the reciprocal of
-#: their number, and phase steps in a pitch.
-NUMBERS_OF_TABLE = (
+#: Head of a table: numbers of steps and of offset values; whether all derivatives of the potential act, and whether the
+#: force has a centroid beside mid-plane; scalars of the law; means over phase of force [N] and tangent stiffness [N/m]
+#: at the end of the table; largest tangent stiffness of either flank; side: 1, of a coast flank's table -1; start of
+#: that table, 0 where the coast flank is the mirror image; starts of the arrays [bytes from the head]; pitches after
+#: which the law repeats, the reciprocal of their number, and phase steps in a pitch; start of the `TEETH` of which the
+#: law is composed, 0 where it is not.
+FORCE_TABLE = record_type(
     ("phase_steps", "i8"),
     ("penetration_steps", "i8"),
     ("offset_counts", "i8", 3),
@@ -47,11 +47,8 @@ NUMBERS_OF_TABLE = (
     ("pitches", "f8"),
     ("per_pitches", "f8"),
     ("steps_in_pitch", "f8"),
+    ("teeth", "i8"),
 )
-FORCE_TABLE = record_type(("teeth", "i8"), *NUMBERS_OF_TABLE)
-#: The same head for kernels of a law that is not composed: by the name of its first field compiled code leaves out all
-#: that composes (`exugear.mesh_force.potential`). Of records that begin alike numba takes one for the other, and warns.
-ALIKE_TABLE = record_type(("no_teeth", "i8"), *NUMBERS_OF_TABLE)
 #: Head of what a law is composed of, whose teeth differ: numbers of teeth; position [pitches] at which the table of a
 #: single tooth pair begins, and up to which it reaches; numbers of couplings by distance and position, of positions of
 #: increments, of their loads, of increments in a block, and of those of pinion and wheel among them; position at which
@@ -110,12 +107,6 @@ def table_type(
         *([("coast", coast)] if coast is not None else []),
         *([("teeth", teeth)] if teeth is not None else []),
     )
-
-
-def is_composed(table: np.record) -> bool:
-    """Whether the law of a whole table, or that of its coast flank, is composed of those of single tooth pairs."""
-    of_coast = "coast" in (table.dtype.names or ()) and table["coast"]["head"]["teeth"] != 0
-    return bool(table["head"]["teeth"] != 0 or of_coast)
 
 
 def start_of_field(kind: np.dtype, name: str) -> int:

@@ -7,8 +7,8 @@ force whose slope over the deflection is continuous.
 from math import floor, nan, sqrt
 from typing import NamedTuple
 
-from exugear.mesh_force.kernel_records import beside, reader, start_of
-from exugear.mesh_force.layout import ALIKE_TABLE, EDGE, FORCE_TABLE, NODE
+from exugear.mesh_force.kernel_records import reader, start_of
+from exugear.mesh_force.layout import EDGE, FORCE_TABLE, NODE
 from exugear.mesh_force.pchip import hermite, hermite_slope
 from fem.support.numba_cache import compiled
 
@@ -16,7 +16,7 @@ from fem.support.numba_cache import compiled
 LARGEST_PHASE = 1e12
 #: Sizes of the entries of a table [bytes].
 EDGE_SIZE, NODE_SIZE = EDGE.itemsize, NODE.itemsize
-table_at, alike_table_at, edge_at, node_at = map(reader, (FORCE_TABLE, ALIKE_TABLE, EDGE, NODE))
+table_at, edge_at, node_at = reader(FORCE_TABLE), reader(EDGE), reader(NODE)
 
 
 class Cell(NamedTuple):
@@ -58,7 +58,7 @@ class Jet(NamedTuple):
 @compiled
 def table_of(table, side):
     """The table of the driving (side 1) or coast flank (-1): the same where the latter is the mirror image."""
-    return table if side > 0.0 else beside(table, table.coast)
+    return table if side > 0.0 else table_at(start_of(table) + table.coast)
 
 
 @compiled

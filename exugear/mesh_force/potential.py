@@ -1,10 +1,4 @@
-"""The potential of a flank at given offsets: of a block of the table, or composed of those of single tooth pairs.
-
-Which of both is known from the type of the table where that is `ALIKE_TABLE`, and only found out in each call where it
-is `FORCE_TABLE`: a run whose teeth are alike neither asks nor compiles what composes, for 15 ns a step.
-"""
-
-from numba.extending import overload
+"""The potential of a flank at given offsets: of a block of the table, or composed of those of single tooth pairs."""
 
 from exugear.mesh_force.block_potential import (
     CONTINUED,
@@ -24,35 +18,23 @@ __all__ = ["CONTINUED", "MID_PLANE", "Centroid", "Potential", "centroid_at", "ex
 STEP = 1e-4
 
 
-def potential(table, block, phase: Cell, deflection, lever) -> Potential:  # type: ignore[empty-body]
-    """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
-
-
-def extent_of(table, block, phase: Cell):
-    """`Range` of a block in a phase cell."""
-
-
-def centroid_at(table, block, phase: Cell, extent, raw):
-    """`Centroid` of a block at a deflection above the unloaded one; it does not change beyond the ends of the table."""
-
-
 @compiled
-def either_potential(table, block, phase, deflection, lever):
-    """`potential` of a law that may be composed."""
+def potential(table, block, phase: Cell, deflection, lever):
+    """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
     if table.teeth != 0:
         return composed_potential(table, block, phase, deflection, lever)
     return block_potential(table, block, phase, deflection, lever)
 
 
 @compiled
-def either_extent(table, block, phase):
-    """`extent_of` a law that may be composed."""
+def extent_of(table, block, phase: Cell):
+    """`Range` of a block in a phase cell."""
     return composed_range(table, block, phase) if table.teeth != 0 else range_of(table, block, phase)
 
 
 @compiled
-def either_centroid(table, block, phase, extent, raw):
-    """`centroid_at` of a law that may be composed."""
+def centroid_at(table, block, phase: Cell, extent, raw):
+    """`Centroid` of a block at a deflection above the unloaded one; it does not change beyond the ends of the table."""
     if table.teeth == 0:
         return centroid_of_block(table, block, phase, extent, raw)
     least = STEP * extent.largest
@@ -62,29 +44,3 @@ def either_centroid(table, block, phase, extent, raw):
     value = -at.by_lever / at.force
     slope = (value + before.by_lever / before.force) / least if raw == depth else 0.0
     return Centroid(value, slope, 0.0)
-
-
-def may_be_composed(table) -> bool:
-    """Whether numba's type of a table leaves open if its law is composed."""
-    return "teeth" in table.fields
-
-
-@overload(potential, jit_options={"forceinline": True})
-def _potential(table, block, phase, deflection, lever):
-    if may_be_composed(table):
-        return lambda table, block, phase, deflection, lever: either_potential(table, block, phase, deflection, lever)
-    return lambda table, block, phase, deflection, lever: block_potential(table, block, phase, deflection, lever)
-
-
-@overload(extent_of)
-def _extent_of(table, block, phase):
-    if may_be_composed(table):
-        return lambda table, block, phase: either_extent(table, block, phase)
-    return lambda table, block, phase: range_of(table, block, phase)
-
-
-@overload(centroid_at)
-def _centroid_at(table, block, phase, extent, raw):
-    if may_be_composed(table):
-        return lambda table, block, phase, extent, raw: either_centroid(table, block, phase, extent, raw)
-    return lambda table, block, phase, extent, raw: centroid_of_block(table, block, phase, extent, raw)

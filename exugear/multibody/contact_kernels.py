@@ -27,7 +27,7 @@ from exugear.contact.reference_configuration import frame_at, is_rotated, is_spa
 from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
 from exugear.contact.vectors import cross, dot, row_dot, row_total
 from exugear.mesh_force.kernel_records import as_tuple, doubles_at, put_all
-from exugear.mesh_force.patches import alike_table_at, table_at
+from exugear.mesh_force.patches import table_at
 from exugear.multibody.imposed_motion import Spin, in_carrier, spin_of, torque_on, with_spin
 from exugear.multibody.integrator_steps import (
     Beside,
@@ -49,39 +49,36 @@ def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
     return [UPRIGHT if kind == SPATIAL and not rotated else CODES[kind] for kind in kinds]
 
 
-def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool, composed: bool):
+def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
     """The function (law, frame, state, friction, record, t, *coordinates, *velocities) -> generalized forces.
 
     The first five are addresses: of a table's head, a contact frame, a contact state, a record of the friction, and a
     recorder's header. Coordinates and velocities are separate arguments: a list would cost 14 us more in each call from
     Python. Three bodies that only spin are pinion, wheel and their carrier. The amplitudes of an elastic ring follow.
 
-    kinds      of the bodies
-    frame      of the contact: bodies that only spin may be displaced from the pair's nominal positions
-    rubs       whether there is friction; else its address is 0
-    composed   whether the law may be composed of those of single tooth pairs (`layout.is_composed`)
+    kinds   of the bodies
+    frame   of the contact: bodies that only spin may be displaced from the pair's nominal positions
+    rubs    whether there is friction; else its address is 0
     """
     if set(kinds) == {SPIN} and not is_spatial(frame):
-        return _spin_contact(len(kinds), int(rubs), int(composed), int(frame.modes))
-    codes = codes_of(kinds[:2], is_rotated(frame))
-    return _spatial_contact(*codes, int(rubs), int(composed), len(kinds) - 2, int(frame.modes))
+        return _spin_contact(len(kinds), int(rubs), int(frame.modes))
+    return _spatial_contact(*codes_of(kinds[:2], is_rotated(frame)), int(rubs), len(kinds) - 2, int(frame.modes))
 
 
 @cache
-def _spin_contact(bodies: int, rubs: int, composed: int, modes: int):
+def _spin_contact(bodies: int, rubs: int, modes: int):
     """The compiled contact of two bodies that spin about fixed axes, and of the carrier of these axes, if any.
 
     modes   number of amplitudes of an elastic ring
     It encloses numbers only, by which the cache on disk identifies it; branches that they exclude are not compiled.
     """
-    before_rates, rates = bodies + modes, 2 * bodies + modes
+    amplitudes, rates = bodies + modes, 2 * bodies + modes
 
     @kept
     def spin_contact(law, frame, state, friction, record, t, *coordinates):
-        law = table_at(law) if composed == 1 else alike_table_at(law)
-        frame, state = frame_at(frame), state_at(state)
+        law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
-        x = coordinates if modes == 0 else coordinates[:bodies] + coordinates[before_rates:rates]
+        x = coordinates if modes == 0 else coordinates[:bodies] + coordinates[amplitudes:rates]
         body_1 = spin_of(state.imposed[0], t, x[0], x[bodies])
         body_2 = spin_of(state.imposed[1], t, x[1], x[bodies + 1])
         carrier = STANDING if bodies == 2 else spin_of(state.imposed[2], t, x[2], x[5])
@@ -91,9 +88,18 @@ def _spin_contact(bodies: int, rubs: int, composed: int, modes: int):
         by_wheel = frame.wheel.r_b * body_2.speed if state.imposed[1] else 0.0
         by_carrier = (frame.pinion.r_b + frame.wheel.r_b) * carrier.speed if state.imposed[2] else 0.0
         beside = Beside(frame.direction * (by_pinion + by_wheel - by_carrier), 0.0, 0.0, 0.0)
-        amplitudes = None if modes == 0 else coordinates[bodies:before_rates] + coordinates[rates:]
-        pushed = push_by_ring(law, frame, state, motion, beside, None, amplitudes)
-        motion, push, force, pulsed, dissipation, lag = pushed
+        lag = 0.0
+        if modes > 0:
+            ring = ring_at(frame.ring)
+            put_all(ring.state, coordinates[bodies:amplitudes] + coordinates[rates:])
+            rim = flexed(ring, law, motion, state.steps)
+            lag = rim.advance
+            motion, beside = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
+        motion, push, force, dissipation = push_in_step(law, state, motion, beside, None)
+        pulsed = force + state.steps.pulse_force
+        if modes > 0:
+            note_forces(ring, pulsed)
+            push = with_torque_on_phase(push, rim, pulsed)
         torque_1, torque_2 = spin_forces(frame, push, pulsed)
         rub = friction_of_spins(friction_at(friction) if rubs == 1 else None, frame, push, pinion.speed, wheel.speed)
         torque_1, torque_2 = torque_1 + rub.pinion, torque_2 + rub.wheel
@@ -107,7 +113,7 @@ def _spin_contact(bodies: int, rubs: int, composed: int, modes: int):
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
         torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
         if modes > 0:
-            return torques + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
+            return torques + as_tuple(carray(doubles_at(ring.forces), modes), modes)
         return torques
 
     return spin_contact
@@ -135,27 +141,6 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
     lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2) + steps.lag * turning * turning * along
     held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     return Beside(imposed_rate, by_bearings, lag_rate, held)
-
-
-@compiled(forceinline=True)
-def push_by_ring(law, frame, state, motion, beside, offsets, amplitudes):
-    """(`Motion` ahead, `Push`, force, force with that of a pulse [N], dissipated power [W], lag of the advance [m]).
-
-    What `push_in_step` gives, also of a ring whose rim is flexed, by which the advance lags.
-
-    amplitudes   of an elastic ring and their rates; None of gears that are rigid
-    """
-    if amplitudes is None:
-        ahead, push, force, dissipation = push_in_step(law, state, motion, beside, offsets)
-        return ahead, push, force, force + state.steps.pulse_force, dissipation, 0.0
-    ring = ring_at(frame.ring)
-    put_all(ring.state, amplitudes)
-    rim = flexed(ring, law, motion, state.steps)
-    behind, with_modes = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
-    ahead, push, force, dissipation = push_in_step(law, state, behind, with_modes, offsets)
-    pulsed = force + state.steps.pulse_force
-    note_forces(ring, pulsed)
-    return ahead, with_torque_on_phase(push, rim, pulsed), force, pulsed, dissipation, rim.advance
 
 
 @compiled
@@ -219,19 +204,18 @@ def displaced(motion, moved, slope, speed):
 
 
 @cache
-def _spatial_contact(kind_1: int, kind_2: int, rubs: int, composed: int, carried: int, modes: int):
+def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: int):
     """The compiled contact of two kinds of bodies, as `_spin_contact`; carried: 1 of spins on a carrier."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
     components, bodies = recorded_components(n_1, n_2), n_1 + n_2 + carried
-    before_rates, rates = bodies + modes, 2 * bodies + modes
+    amplitudes, rates = bodies + modes, 2 * bodies + modes
 
     @kept
     def spatial_contact(law, frame, state, friction, record, t, *all_coordinates):
-        law = table_at(law) if composed == 1 else alike_table_at(law)
-        frame, state = frame_at(frame), state_at(state)
+        law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
         begin_solve(state, t)
-        coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[before_rates:rates]
+        coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[amplitudes:rates]
         carrier = STANDING if carried == 0 else spin_of(state.imposed[2], t, coordinates[2], coordinates[5])
         x = coordinates if carried == 0 else in_carrier_frame(coordinates, carrier)
         pinion, wheel = motions_of(frame, kind_1, kind_2, n_1, n_2, x)
@@ -249,9 +233,18 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, composed: int, carried
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
-        amplitudes = None if modes == 0 else all_coordinates[bodies:before_rates] + all_coordinates[rates:]
-        pushed = push_by_ring(law, frame, state, motion, beside, geometry.position.offsets, amplitudes)
-        motion, push, force, pulsed, dissipation, lag = pushed
+        lag = 0.0
+        if modes > 0:
+            ring = ring_at(frame.ring)
+            put_all(ring.state, all_coordinates[bodies:amplitudes] + all_coordinates[rates:])
+            rim = flexed(ring, law, motion, state.steps)
+            lag = rim.advance
+            motion, beside = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
+        motion, push, force, dissipation = push_in_step(law, state, motion, beside, geometry.position.offsets)
+        pulsed = force + state.steps.pulse_force
+        if modes > 0:
+            note_forces(ring, pulsed)
+            push = with_torque_on_phase(push, rim, pulsed)
         forces_1, forces_2 = space_forces(frame, geometry, push, pulsed)
         rub = friction_in_space(
             friction_at(friction) if rubs == 1 else None, frame, geometry.position, push, pinion.v, wheel.v
@@ -286,12 +279,12 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, composed: int, carried
         if carried == 1:
             torques = spun_1, spun_2, torque_on(state, 2, carrier, torque_3)
             if modes > 0:
-                return torques + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
+                return torques + as_tuple(carray(doubles_at(ring.forces), modes), modes)
             return torques
         on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
         on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
         if modes > 0:
-            return on_pinion + on_wheel + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
+            return on_pinion + on_wheel + as_tuple(carray(doubles_at(ring.forces), modes), modes)
         return on_pinion + on_wheel
 
     return spatial_contact

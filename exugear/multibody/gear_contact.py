@@ -19,7 +19,6 @@ from exugear.contact.reference_configuration import is_rotated, rotational_frame
 from exugear.contact.rotation import SPIN
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
-from exugear.mesh_force.layout import is_composed
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.contact_kernels import kernel_of
@@ -166,7 +165,7 @@ def add_contact(
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     nodes = [*(node_of(mbs, item) for item in items), *([ring.node] if ring else [])]
     kinds = tuple(kind_of(mbs, item) for item in items)
-    kernel = kernel_of(kinds, records[1], rubs=records[3] is not None, composed=is_composed(records[0]))
+    kernel = kernel_of(kinds, records[1], rubs=records[3] is not None)
     functions = user_functions(mbs, nodes, ContactCopy(kernel, records, kinds), records, (recorder, ring))
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, **functions)
     item.visualization["show"] = False

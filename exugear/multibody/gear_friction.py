@@ -9,7 +9,6 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.layout import is_composed
 from exugear.mesh_force.mesh_friction import MeshFriction, require_same_pair
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.contact_kernels import kernel_of
@@ -67,8 +66,7 @@ def CreateGearFriction(
     _check_alike(contact, given, force.table, number)
     check_turns(frame, pair, friction=friction.pitches)
     records = table, frame, state, friction.table(contact.pair)
-    kernel = kernel_of(kinds, frame, rubs=True, composed=is_composed(table))
-    nodes = [node_of(mbs, item) for item in itemNumbers]
+    kernel, nodes = kernel_of(kinds, frame, rubs=True), [node_of(mbs, item) for item in itemNumbers]
     for function, value in user_functions(
         mbs, nodes, ContactCopy(kernel, records, kinds), records, (contact.recorder, contact.ring)
     ).items():

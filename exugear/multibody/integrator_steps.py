@@ -147,7 +147,7 @@ def begin_solve(state, t):
     state.begin = min(state.begin, t)
 
 
-@compiled(forceinline=True)
+@compiled
 def push_in_step(law, state, motion, beside, offsets):
     """(`Motion` ahead, `Push` there, force for the integrator without that of a pulse [N], dissipated power [W])."""
     steps = state.steps
@@ -172,7 +172,7 @@ def shifted(motion, advance, rate):
     return Motion(motion.advance + advance, motion.rate + rate, motion.opening, motion.phase, motion.phase_rate)
 
 
-@compiled(forceinline=True)
+@compiled
 def push_if_engaged(law, state, motion, offsets):
     """The `Push` of a law, none where the gears are out of mesh; notes whether teeth have touched."""
     if state.engaged == OUT_OF_MESH or state.engaged == HELD:
