@@ -37,7 +37,7 @@ class RunState(NamedTuple):
     """State of a run between two steps: that of the system, and what each contact remembers of the last step."""
 
     system: SystemState
-    contacts: list[np.ndarray]
+    contacts: list[np.record]
 
 
 @dataclass(frozen=True)
