@@ -24,7 +24,7 @@ LONG = settings(QUICK, max_examples=CASES, derandomize=CASES == 80, suppress_hea
 STEPS = 50
 #: Of the largest torque: static equilibrium, equation of motion.
 STATIC, NEWTON = 1e-3, 1e-8
-REMEDY = re.compile(r"[;:] (try|use|extend|map|pass|drop|make|or |write)|must|extend the (map|axis)|try step")
+REMEDY = re.compile(r"[;:] (try|take|use|extend|map|pass|drop|make|or |write)|must|extend the (map|axis)|try step")
 NUMBER = re.compile(r"-?\d[\d.e+-]*|stage '[a-d]-[a-d]'|shaft '[a-d]'")
 #: How scenes ended.
 OUTCOMES: Counter = Counter()
