@@ -462,8 +462,8 @@ def add_moments(lever, n, space):
                 )
         space[TILT * MOST + p] = tilt
         space[RIGHT * MOST + p] += slope * tilt
-        own = space[(MATRIX + p) * MOST + p] + space[MOMENT_BEND * MOST + p] * tilt * space[STIFFNESS * MOST + p]
-        space[(MATRIX + p) * MOST + p] = max(own, LEAST_SLOPE)
+        diagonal = space[(MATRIX + p) * MOST + p] + space[MOMENT_BEND * MOST + p] * tilt * space[STIFFNESS * MOST + p]
+        space[(MATRIX + p) * MOST + p] = max(diagonal, LEAST_SLOPE)
 
 
 @compiled
