@@ -66,11 +66,17 @@ class DriveItems:
         """Number of the load; empty while it is not in the system."""
         return () if self.load is None else (self.load,)
 
-    def ask(self) -> "DriveItems":
-        """The items, which the system has from now on; another thread that solves the system ends before."""
+    def ask(self, *, for_numbers: bool = True) -> "DriveItems":
+        """The items, which the system has from now on; another thread that solves the system ends before.
+
+        for_numbers   whether there must be items: RuntimeError where this thread solves the system
+        """
         if not self.asked_for:
             with turn_with(self.mbs):
-                if not (self.asked_for or self.busy):
+                unknown = "the system has no drive and load while it is solved; ask for model.mbs, drive or load before"
+                if for_numbers and self.busy:
+                    raise RuntimeError(unknown)
+                if not self.busy:
                     self.add()
         return self
 
@@ -107,7 +113,7 @@ class DriveItems:
             assemble_in_state(self.mbs)
             yield
         finally:
-            for number in sorted(self.numbers, reverse=True):
+            for number in sorted(self.numbers, key=int, reverse=True):
                 self.mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
             self.numbers = ()
             assemble_in_state(self.mbs)

@@ -129,7 +129,7 @@ class BuiltSystem:
     @property
     def mbs(self) -> Any:
         """The assembled Exudyn system, which has drive and load as items from when it is asked for."""
-        return self.drive_items.ask().mbs
+        return self.drive_items.ask(for_numbers=False).mbs
 
     @property
     def drive(self) -> int:
@@ -191,7 +191,7 @@ class Model(BuiltSystem):
     Its further fields are those of the system: gearbox, container, bodies and spins of the shafts, rotor_spins,
     end_markers. `mbs`, `drive` (the constraint that imposes the speed) and `load` are for your own items and solves:
     the system has drive and load as items of Exudyn from when you first ask for one of the three. Runs take longer
-    from then on, those on spins 1.4 times as long; a gearbox that is only run needs none of them.
+    from then on, those on spins 1.2 times as long; a gearbox that is only run needs none of them.
     """
 
     plan: BuiltPlan
@@ -235,13 +235,13 @@ def require_model(model) -> None:
 def further_objects(model: BuiltSystem) -> list[int]:
     """Numbers of the objects that were added to the built system."""
     numbers = range(model.built[0], model.bare_mbs.systemData.NumberOfObjects())
-    return [number for number in numbers if number not in model.drive_items.numbers]
+    return [number for number in numbers if number not in map(int, model.drive_items.numbers)]
 
 
 def further_loads(model: BuiltSystem) -> list[int]:
     """Numbers of the loads that were added to the built system."""
     numbers = range(model.built[1], model.bare_mbs.systemData.NumberOfLoads())
-    return [number for number in numbers if number != model.drive_items.load]
+    return [number for number in numbers if number not in map(int, model.drive_items.loads)]
 
 
 def hold_members(system: BuiltSystem) -> None:
