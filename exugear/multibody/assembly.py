@@ -371,4 +371,5 @@ def end_marker(mbs, shaft: Shaft, body: int, rotors: Mapping[str, int], coordina
 def drive_items_of(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> DriveItems:
     """A constraint for each speed that the gearbox leaves free, and the load on the driven shaft, by their markers."""
     ends = [end_markers[name] for name in anchors_of(gearbox, [gearbox.driving.name])]
-    return DriveItems(mbs, _ground_marker(mbs), ends, end_markers[gearbox.driven.name])
+    ground, aside = _ground_marker(mbs), _ground_marker(mbs)
+    return DriveItems(mbs, ground, aside, ends, end_markers[gearbox.driven.name])

@@ -32,6 +32,7 @@ class DriveItems:
 
     mbs           the system
     ground        marker on a coordinate that stands
+    aside         marker on another one, for items that act on nothing
     ends          markers on the spins that the constraints hold, that of the driving shaft first
     driven        marker on the spin that the load acts on
     constraints   parameters of each constraint while it is not in the system
@@ -43,6 +44,7 @@ class DriveItems:
 
     mbs: Any
     ground: int
+    aside: int
     ends: Sequence[int]
     driven: int
     constraints: list[dict[str, Any]] = field(init=False)
@@ -128,8 +130,8 @@ class DriveItems:
     def set_aside(self) -> None:
         """Let the items stand on the ground, where they act on nothing and cost a step least."""
         for i in range(len(self.ends)):
-            self.set_constraint(i, {"markerNumbers": [self.ground, self.ground], "activeConnector": False})
-        self.set_load({"markerNumber": self.ground})
+            self.set_constraint(i, {"markerNumbers": [self.ground, self.aside], "activeConnector": False})
+        self.set_load({"markerNumber": self.aside})
 
     def set_load(self, parameters: Mapping[str, Any]) -> None:
         """Set parameters of the load."""

@@ -24,12 +24,13 @@ DURATION = 10.0
 def masses(*, constraint: bool = False, load: bool = False, on_ground: bool = False) -> exu.MainSystem:
     """Two masses on springs, with an inactive constraint and a load of 0 on the second one or on the ground."""
     mbs = exu.SystemContainer().AddSystem()
-    ground = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+    stands = {"nodeNumber": mbs.AddNode(eii.NodePointGround()), "coordinate": 0}
+    ground, aside = (mbs.AddMarker(eii.MarkerNodeCoordinate(**stands)) for _ in range(2))
     matrices = {"massMatrix": [[1e-2]], "stiffnessMatrix": [[2e4]], "dampingMatrix": [[1.0]]}
     for _ in range(2):
         node = mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0]))
         mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], forceVector=[1.0], **matrices))
-    marker = ground if on_ground else mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    marker = aside if on_ground else mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     if constraint:
         mbs.AddObject(eii.CoordinateConstraint(markerNumbers=[ground, marker], activeConnector=False))
     if load:
