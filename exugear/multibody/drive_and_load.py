@@ -2,9 +2,9 @@
 
 A drive has two modes. While a run is solved, an imposed angle is a known function of time that the contacts of the held
 shaft evaluate, or the coupling behind its rotor, with no algebraic equation and no function in Python; so do contacts
-with a constant torque. In static solves, and beside items of the user or what else acts on a held shaft, the
-constraints among the items of Exudyn impose the angles (`exugear.multibody.drive_items`); those of free shafts are
-inactive.
+with a constant torque. In static solves, and beside items of the user or what else acts on a held shaft, constraints
+impose the angles (`exugear.multibody.drive_items`); those of free shafts are inactive. A run adds couplings and torques
+of its own, and takes them away at its end; what the system has beside them is the same before, in and after it.
 """
 
 from collections.abc import Iterator

@@ -6,8 +6,9 @@ keeps its multiplier as an unknown, and a load of 0 is evaluated. A run on spins
 that he solves or linearizes himself, or to which he adds items, must be held and loaded.
 
 So a system is built without them. Asking for the system, or for the number of one of them, adds them with the
-parameters that they have by then; from there on they stay, in runs too. A static solve of a system without them has
-constraints of its own for as long as it takes.
+parameters that they have by then; so does a run whose speeds the constraints must impose
+(`exugear.multibody.drive_and_load`). From there on they stay, in all runs. A static solve of a system without them has
+such constraints only for as long as it takes.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -59,8 +60,8 @@ class DriveItems:
         self.torque = {"load": 0.0, "loadUserFunction": 0, "markerNumber": self.driven}
 
     @property
-    def asked_for(self) -> bool:
-        """Whether the items are in the system, to stay."""
+    def added(self) -> bool:
+        """Whether the items are in the system, where they stay."""
         return self.load is not None
 
     @property
@@ -73,7 +74,7 @@ class DriveItems:
 
         for_numbers   whether there must be items: RuntimeError where this thread solves the system
         """
-        if not self.asked_for:
+        if not self.added:
             with turn_with(self.mbs):
                 unknown = "the system has no drive and load while it is solved; ask for model.mbs, drive or load before"
                 if for_numbers and self.busy:
@@ -84,7 +85,7 @@ class DriveItems:
 
     def add(self) -> None:
         """Add the items, to stay; the system keeps its state."""
-        if self.asked_for:
+        if self.added:
             return
         self.numbers = self._add_constraints()
         self.load = self.mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=self.driven))
@@ -107,7 +108,7 @@ class DriveItems:
     @contextmanager
     def holding(self) -> Iterator[None]:
         """Let the constraints be in the system for a while where it has none; it keeps its state."""
-        if self.asked_for:
+        if self.added:
             yield
             return
         self.numbers = self._add_constraints()
@@ -122,7 +123,7 @@ class DriveItems:
 
     def set_constraint(self, i: int, parameters: Mapping[str, Any]) -> None:
         """Set parameters of the constraint with this number among the ends."""
-        if not self.asked_for:
+        if not self.added:
             self.constraints[i] |= parameters
         for name, value in parameters.items() if self.numbers else ():
             self.mbs.SetObjectParameter(self.numbers[i], name, value)
@@ -135,7 +136,7 @@ class DriveItems:
 
     def set_load(self, parameters: Mapping[str, Any]) -> None:
         """Set parameters of the load."""
-        if not self.asked_for:
+        if not self.added:
             self.torque |= parameters
             return
         for name, value in parameters.items():
@@ -143,7 +144,7 @@ class DriveItems:
 
     def parameters(self) -> tuple[list[dict[str, Any]], dict[str, Any]]:
         """Present parameters of each constraint and of the load."""
-        if not self.asked_for:
+        if not self.added:
             return [dict(constraint) for constraint in self.constraints], dict(self.torque)
         constraints = [{name: self.mbs.GetObjectParameter(i, name) for name in CONSTRAINT} for i in self.numbers]
         load = self.mbs.GetLoad(self.load)

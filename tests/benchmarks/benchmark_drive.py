@@ -12,9 +12,10 @@ from statistics import median
 
 import exudyn as exu
 import exudyn.itemInterface as eii
-from scenes import paper_gear, smooth_map
+import numpy as np
 
 import exugear
+import fem
 from fem.units import mm, rpm
 
 STEP, STEPS, ROUNDS = 2.4e-5, 400_000, 5
@@ -65,8 +66,12 @@ def run_time(model: exugear.Model) -> float:
 
 
 def pair_on_spins() -> exugear.Model:
-    shafts = [exugear.Shaft(name, {0 * mm: paper_gear()}) for name in ("fast", "slow")]
-    return exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=3600)]))
+    """A pair of gears, the stiffness of its mesh with one harmonic."""
+    gear = fem.Gear(z=57, m_n=2.6 * mm, b=23 * mm, d_a=154.5 * mm, d_f=141.7 * mm, s_n=3.78 * mm, d_bore=60 * mm)
+    shafts, phase = [exugear.Shaft(name, {0 * mm: gear}) for name in ("fast", "slow")], np.arange(32) / 32
+    stiffness = 4e8 * (1 + 0.1 * np.cos(2 * np.pi * phase))
+    law = exugear.MeshForce(phase, np.array([0, 1 * mm]), np.outer(stiffness, [0, 1 * mm]), damping=3600.0)
+    return exugear.build(exugear.Gearbox([exugear.Stage(*shafts, law, pair=fem.GearPair(gear, gear, a=150 * mm))]))
 
 
 def compared(title: str, cases: dict, time_of) -> None:
