@@ -157,6 +157,23 @@ def test_drive_and_load_are_not_added_while_the_system_is_solved():
     assert int(model.drive) > 0
 
 
+def test_a_spring_of_the_user_on_the_held_shaft_loads_the_constraint():
+    """Asked for after a run: the constraint bears the torque of the drive and that of the spring, k angle."""
+    model, k = exugear.build(box_of({}, {})), 500.0
+    ran(model, duration=1e-3)
+    fixed = model.mbs.GetObjectParameter(model.drive, "markerNumbers")[0]
+    spring = CoordinateSpringDamper(markerNumbers=[fixed, model.end_markers["fast"]], stiffness=k)
+    model.mbs.AddObject(spring)
+    sensor = model.mbs.AddSensor(
+        SensorObject(objectNumber=model.drive, outputVariableType=exu.OutputVariableType.Force, storeInternal=True)
+    )
+    model.mbs.Assemble()
+    data = ran(model, speed=600 * rpm, duration=0.01)
+    t, torque = model.mbs.GetSensorStoredData(sensor)[-1]
+    borne = float(data["drive_torque"][-1]) + k * 600 * rpm * t
+    assert abs(torque) == pytest.approx(borne, rel=1e-3)
+
+
 def test_a_function_of_time_is_not_called_while_the_system_is_solved():
     """Its calls do not grow with the number of steps."""
     calls = []
