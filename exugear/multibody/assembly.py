@@ -310,7 +310,8 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene:
 def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int], coordinates: Coordinates) -> Pin:
     """Add the pin of a planet by its name, with the planet's coordinates."""
     carrier, planet = gearbox.planets[name], gearbox.ends[name]
-    pin = pin_of(planet, carrier, (pose(gearbox, planet), pose(gearbox, carrier)), coordinates.spin_index)
+    poses = pose(gearbox, planet), pose(gearbox, carrier)
+    pin = pin_of(planet, carrier, poses, coordinates.spin_index, gearbox.series_pins.get(name))
     add_pin(mbs, (node_of(mbs, bodies[carrier.name]), node_of(mbs, bodies[name])), pin)
     return pin
 
