@@ -26,7 +26,7 @@ from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
 from exugear.gearbox.planetary_phases import ring_phase
-from exugear.gearbox.seats_on_shafts import checked_seats
+from exugear.gearbox.seats_on_shafts import DragBetween, checked_seats, drags_between, without_drags
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
@@ -160,6 +160,15 @@ class Gearbox:
         """Rings that vibrate in modes, by the names of their shafts."""
         rings = [of_set.elastic_ring for of_set in self.sets]
         return {ring.name: ring for ring in rings if ring}
+
+    @cached_property
+    def drags_between(self) -> tuple[DragBetween, ...]:
+        """Drags of bearings between shafts, which act by the difference of their speeds."""
+        return drags_between(self.between, self.ends)
+
+    def braked_on_ground(self, shaft: Shaft) -> Shaft:
+        """A shaft with the drags that act by its own speed alone: without those of its bearings on other shafts."""
+        return without_drags(shaft, [axial for name, axial in self.between if name == shaft.name])
 
     @cached_property
     def elastic_carriers(self) -> dict[str, Housing]:

@@ -27,7 +27,7 @@ from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
 from exugear.mesh_force.kernel_records import address_of, changed
-from exugear.multibody.bearings_and_drags import add_bearings, add_drags
+from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags
 from exugear.multibody.elastic_rings import (
     BuiltRing,
     RingInMesh,
@@ -80,6 +80,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
     }
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
+    for drag in gearbox.drags_between:
+        carried, carrying = (node_of(mbs, bodies[name]) for name in (drag.carried, drag.carrying))
+        add_drag_between(mbs, (carried, carrying), drag)
     on_seats = moving_seats(gearbox, scene)
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
@@ -266,7 +269,7 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_g
         body = of_gears[shaft.name][shaft.stations[0]]
     else:
         body = _add_supported_body(mbs, ground, gearbox, shaft, scene)
-    add_drags(mbs, node_of(mbs, body), shaft, coordinates)
+    add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground(shaft), coordinates)
     return body
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
@@ -303,7 +304,10 @@ class BearingForces:
 
 
 def drag_variables(model: Model) -> dict[str, Any]:
-    """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag."""
+    """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag.
+
+    Drags between shafts drive the one that carries the seat: its part of the loss is negative, the sum of both is not.
+    """
     shafts = model.gearbox.shafts
     if not any(shaft.drags for shaft in shafts):
         return {}
@@ -322,7 +326,14 @@ def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
     _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
     spin, elastic = spin_of_cages(model, shaft), model.scene.elastic.get(shaft.name)
-    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion, elastic, spin)
+    box, speeds = model.gearbox, recorded(model, "speed")
+    torque = braking_torques(box.braked_on_ground(shaft), speeds[shaft.name], motion, elastic, spin)
+    for carried, carrying, drag in box.drags_between:
+        if shaft.name in (carried, carrying):
+            against = box.directions[carried] * speeds[carried] - box.directions[carrying] * speeds[carrying]
+            sense = box.directions[shaft.name] * (1 if shaft.name == carried else -1)
+            torque = torque + sense * braking_torque(drag.terms, against, 0.0)
+    return torque
 
 
 def _unbalance_torque(model: Model, shaft: Shaft) -> np.ndarray:
@@ -407,7 +418,7 @@ def imposed_torque(
     else:
         torque = mesh_torque(model, shaft)
         np.subtract(model.gearbox.body_inertias[shaft.name] * acceleration, torque, out=torque)
-        if shaft.drags:
+        if shaft.drags or model.gearbox.drags_between:
             torque += _drag_torque(model, shaft)
         if shaft.unbalances:
             torque -= _unbalance_torque(model, shaft)
