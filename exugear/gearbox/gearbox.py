@@ -166,9 +166,11 @@ class Gearbox:
         """Drags of bearings between shafts, which act by the difference of their speeds."""
         return drags_between(self.between, self.ends)
 
-    def braked_on_ground(self, shaft: Shaft) -> Shaft:
-        """A shaft with the drags that act by its own speed alone: without those of its bearings on other shafts."""
-        return without_drags(shaft, [axial for name, axial in self.between if name == shaft.name])
+    @cached_property
+    def braked_on_ground(self) -> dict[str, Shaft]:
+        """Shafts by their names with the drags that act by their own speed alone, without those of `drags_between`."""
+        between = [*self.between]
+        return {x.name: without_drags(x, [at for name, at in between if name == x.name]) for x in self.shafts}
 
     @cached_property
     def elastic_carriers(self) -> dict[str, Housing]:

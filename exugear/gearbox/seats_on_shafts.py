@@ -46,7 +46,10 @@ def checked_seats(
         _check_kinds(stages, shafts, name, on)
         bearing = bearing_on(shafts, (name, known[0]))
         rolls = isinstance(bearing, RollingBearing) and bearing.cage_rolls
-        require(not rolls, f"between: the cage of the bearing {label} rolls, which is not built between shafts")
+        standing = "leave rolling() out, its cage then stands"
+        require(
+            not rolls, f"between: the cage of the bearing {label} rolls, which is not built between shafts; {standing}"
+        )
         housed = seat_number(housing, name, known[0]) is not None
         require(not housed, f"between: the bearing {label} has a seat in the housing, too; name one of them")
         _check_node(shafts[on], at, carrying)
@@ -106,12 +109,10 @@ def without_drags(shaft: Shaft, positions: Sequence[float]) -> Shaft:
     braking = [x for x in positions if shaft.bearings[x].drag]
     if not braking:
         return shaft
-    parts = {
-        axial: tuple(replace(x, drag=None) if x is shaft.bearings.get(axial) else x for x in _group(part))
-        if axial in braking
-        else part
-        for axial, part in shaft.parts.items()
-    }
+    parts: dict[float, Any] = dict(shaft.parts)
+    for axial in braking:
+        bearing: Any = shaft.bearings[axial]
+        parts[axial] = tuple(replace(bearing, drag=None) if x is bearing else x for x in _group(parts[axial]))
     return replace(shaft, parts=parts)
 
 

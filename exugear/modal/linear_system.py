@@ -97,7 +97,7 @@ def _damping_of_gearbox(model: Model, contacts: Collection[int], velocities: np.
     mbs = model.mbs
     damping = _damping_without_meshes(mbs, contacts, velocities)
     if not velocities.any():
-        braked = [drag_name(x) for x in model.gearbox.shafts if model.gearbox.braked_on_ground(x).drags]
+        braked = [drag_name(x) for x in model.gearbox.shafts if model.gearbox.braked_on_ground[x.name].drags]
         for name in [*braked, *map(name_of_drag_between, model.gearbox.drags_between)]:
             number = mbs.GetObjectNumber(name)
             part = mbs.systemData.GetObjectLTGODE2(number)

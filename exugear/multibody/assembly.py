@@ -269,7 +269,7 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_g
         body = of_gears[shaft.name][shaft.stations[0]]
     else:
         body = _add_supported_body(mbs, ground, gearbox, shaft, scene)
-    add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground(shaft), coordinates)
+    add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground[shaft.name], coordinates)
     return body
 
 

@@ -327,7 +327,7 @@ def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
     spin, elastic = spin_of_cages(model, shaft), model.scene.elastic.get(shaft.name)
     box, speeds = model.gearbox, recorded(model, "speed")
-    torque = braking_torques(box.braked_on_ground(shaft), speeds[shaft.name], motion, elastic, spin)
+    torque = braking_torques(box.braked_on_ground[shaft.name], speeds[shaft.name], motion, elastic, spin)
     for carried, carrying, drag in box.drags_between:
         if shaft.name in (carried, carrying):
             against = box.directions[carried] * speeds[carried] - box.directions[carrying] * speeds[carrying]

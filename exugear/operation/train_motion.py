@@ -28,7 +28,7 @@ def drag_torques(gearbox: Gearbox, speeds: np.ndarray) -> np.ndarray:
     """
     numbers = {shaft.name: number for number, shaft in enumerate(gearbox.shafts)}
     torques = np.array([
-        -sum(braking_torque(drag.terms, speed, 0.0) for _, drag in gearbox.braked_on_ground(shaft).drags)
+        -sum(braking_torque(drag.terms, speed, 0.0) for _, drag in gearbox.braked_on_ground[shaft.name].drags)
         for shaft, speed in zip(gearbox.shafts, speeds.tolist(), strict=True)
     ], float)  # fmt: skip
     for carried, carrying, drag in gearbox.drags_between:

@@ -235,7 +235,7 @@ def _losses(gearbox: Gearbox) -> dict[str, str]:
         for label, stage in zip(gearbox.labels, gearbox.stages, strict=True)
         if stage.friction
     }
-    drags = {x.name: [repr(drag) for _, drag in gearbox.braked_on_ground(x).drags] for x in gearbox.shafts}
+    drags = {x.name: [repr(drag) for _, drag in gearbox.braked_on_ground[x.name].drags] for x in gearbox.shafts}
     for carried, carrying, drag in gearbox.drags_between:
         drags[carried].append(f"{drag!r} by its speed against {carrying!r}")
     return friction | {name: f"braked by {', '.join(texts)}" for name, texts in drags.items() if texts}

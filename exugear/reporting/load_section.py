@@ -28,7 +28,15 @@ def load_section(data: xr.Dataset) -> Section:
 
 
 def _of_meshes(data: xr.Dataset) -> Table:
-    columns = ("mesh", "force [kN]", "mean [N/mm]", "K_Hβ", "method B", "closed form", "misalignment [µm]")
+    columns: tuple[str, ...] = (
+        "mesh",
+        "force [kN]",
+        "mean [N/mm]",
+        "K_Hβ",
+        "method B",
+        "closed form",
+        "misalignment [µm]",
+    )
     of_planets = bool(np.isfinite(data["K_gamma"]).any())
     columns += ("K_γ",) * of_planets
     rows = []
