@@ -51,6 +51,6 @@ def additions_in_steps(
     """
     squares, modes = scipy.linalg.eigh(stiffness, mass)
     of_mass, of_damping = factors_in_steps(np.sqrt(np.maximum(squares, 0.0)), step)
-    momenta, roots = mass @ modes, np.sqrt(of_damping)
-    further = (np.outer(roots, roots) - 1) * (modes.T @ damping @ modes)
+    momenta, slower = mass @ modes, np.minimum.outer(of_damping, of_damping)
+    further = (slower - 1) * (modes.T @ damping @ modes)
     return momenta * (of_mass - 1) @ momenta.T, momenta @ further @ momenta.T
