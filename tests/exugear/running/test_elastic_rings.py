@@ -151,7 +151,9 @@ def test_the_plan_advises_modes_that_leave_out_as_little_as_it_tells(support):
     told = ring_map(support).assign_attrs(about)
     words = str(exugear.plan(exugear.Gearbox([set_on_ring(support, modes=False, ring_mesh=told)], held="ring")))
     assert "another planet deflects a mesh by up to" in words
-    advice = r"Planetary\(ring_modes=fem.ring_modes\(ring_pair, (\d+)\)\) couples the meshes by it and leaves out ([0-9.]+)%"
+    advice = (
+        r"Planetary\(ring_modes=fem.ring_modes\(ring_pair, (\d+)\)\) couples the meshes by it and leaves out ([0-9.]+)%"
+    )
     number, share = re.search(advice, words).groups()
     for modes, below in ((int(number), True), (int(number) - 1, False)):
         box = box_on_ring(support, ring_modes=ring_modes(support, modes))
