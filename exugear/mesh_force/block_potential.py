@@ -49,12 +49,7 @@ MID_PLANE = Centroid(0.0, 0.0, 0.0)
 @compiled
 def block_potential(table, block, phase: Cell, deflection, lever):
     """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
-    return potential_within(table, block, phase, range_of(table, block, phase), deflection, lever)
-
-
-@compiled
-def potential_within(table, block, phase: Cell, extent: Range, deflection, lever):
-    """`block_potential` with the `Range` of the block in the phase cell."""
+    extent = range_of(table, block, phase)
     raw = deflection - extent.unloaded
     centroid = MID_PLANE
     if table.has_centroid != 0:

@@ -29,7 +29,6 @@ from exugear.mesh_force.block_potential import (
     Potential,
     centroid_of_block,
     derivatives,
-    potential_within,
 )
 from exugear.mesh_force.increments import (
     INTERVAL,
@@ -48,6 +47,7 @@ from exugear.mesh_force.patches import (
     Patch,
     Range,
     along_phase,
+    load_cell,
     nodes_of,
     phase_cell,
     quintic,
@@ -60,8 +60,9 @@ from fem.support.numba_cache import compiled
 #: Most tooth pairs that may touch at a time.
 MOST = 8
 #: A tooth pair in a call: its position s, the deflection of the mesh at which it touches, and the actual one less its
-#: pitch deviation; its own deflection x, and the largest x that Newton's method may take; cell of s in the single table, and `Range` there; numbers of the
-#: increments of pinion, wheel and both beside the sum (-1: none), of the whole, and their value without load.
+#: pitch deviation; its own deflection x, and the largest x that Newton's method may take; cell of s in the single table,
+#: and `Range` there; numbers of the increments of pinion, wheel and both beside the sum (-1: none), of the whole block,
+#: whether there are any, and their value without load with its slope by s.
 #: Over the load: number of the interval of the potential in which x lies (-1: none yet), and the jets at its ends;
 #: number of the interval of the increments, and its numbers.
 #: At x: load, stiffness, slope of the load by s; of the potential that is stationary at the solution the value, and its
@@ -262,7 +263,7 @@ def begin(pair, penetration):
 @compiled
 def alone(single, block, pair, lever, penetration):
     """`Potential` of a tooth pair that touches where no other does, without increments."""
-    u = potential_within(single, block, cell_of(pair), range_of_pair(pair), pair.x, lever)
+    u = single_potential(single, block, lever, pair, True)
     return Potential(
         u.energy, penetration, u.force, u.stiffness, u.force_by_phase, u.by_phase, u.by_lever, u.largest_force
     )
@@ -296,34 +297,47 @@ def step(teeth, lever, n, pairs):
 @compiled
 def write_load(teeth, single, block, lever, pair):
     """Write load, stiffness and increment of a tooth pair at its deflection x."""
-    pair.load, pair.stiffness = load_of(single, block, lever, pair)
+    u = single_potential(single, block, lever, pair, False)
+    pair.load, pair.stiffness = u.force, u.stiffness
     if pair.varies != 0:
         write_increase(teeth, pair)
 
 
 @compiled
-def load_of(single, block, lever, pair):
-    """(load, stiffness) of a tooth pair at x; ValueError beyond its range."""
-    raw, centroid = pair.x - pair.unloaded, MID_PLANE
-    if lever != 0.0 and single.has_centroid != 0:
-        centroid = centroid_of_block(single, block, cell_of(pair), range_of_pair(pair), raw)
+def single_potential(single, block, lever, pair, moves):
+    """`Potential` of a tooth pair alone at x; ValueError beyond its range.
+
+    moves   whether slopes by the phase are wanted, else 0
+    """
+    raw, centroid, extent = pair.x - pair.unloaded, MID_PLANE, range_of_pair(pair)
+    if single.has_centroid != 0 and (moves or lever != 0.0):
+        centroid = centroid_of_block(single, block, cell_of(pair), extent, raw)
     penetration = raw - lever * centroid.value
     if penetration <= 0.0:
-        return 0.0, 0.0
-    share, m = penetration / pair.largest, single.penetration_steps
+        return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
+    share, m, n = penetration / extent.largest, single.penetration_steps, single.steps_in_pitch
     if not share <= 1.0 + CONTINUED:
-        raise ValueError(pair.x, pair.unloaded + pair.largest, nan, nan, single.side)
-    y = sqrt(sqrt(share)) * m
-    j, jets = min(int(y), m - 1), pair.jets
-    if j != pair.load_cell:
-        pair.load_cell = j
-        a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), j)
-        jets[0], jets[1], jets[2] = along_phase(hermite, pair.share, a, b)
-        jets[3], jets[4], jets[5] = along_phase(hermite, pair.share, c, d)
-    value, first, second = quintic(y - j, Jet(jets[0], jets[1], jets[2]), Jet(jets[3], jets[4], jets[5]))
-    w = Patch(value, m * first, m * m * second, 0.0, 0.0)
-    u = derivatives(range_of_pair(pair), centroid, penetration, lever, w, y / m)
-    return u.force, u.stiffness
+        raise ValueError(pair.x, extent.unloaded + extent.largest, nan, nan, single.side)
+    load = load_cell(single, share)
+    if load.low != pair.load_cell:
+        write_jets(single, block, load.low, pair)
+    jets, by_phase, by_phase_u = pair.jets, 0.0, 0.0
+    value, first, second = quintic(load.share, Jet(jets[0], jets[1], jets[2]), Jet(jets[3], jets[4], jets[5]))
+    if moves:
+        a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), load.low)
+        low, high = along_phase(hermite_slope, pair.share, a, b), along_phase(hermite_slope, pair.share, c, d)
+        by_phase, by_phase_u, _ = quintic(load.share, low, high)
+    w = Patch(value, m * first, m * m * second, n * by_phase, n * m * by_phase_u)
+    return derivatives(extent, centroid, penetration, lever, w, (load.low + load.share) / m)
+
+
+@compiled
+def write_jets(single, block, j, pair):
+    """Write the jets over the load, at the ends of its interval j."""
+    a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), j)
+    jets, pair.load_cell = pair.jets, j
+    jets[0], jets[1], jets[2] = along_phase(hermite, pair.share, a, b)
+    jets[3], jets[4], jets[5] = along_phase(hermite, pair.share, c, d)
 
 
 @compiled
@@ -467,7 +481,7 @@ def summed(teeth, single, block, lever, n, penetration, largest_force, pairs):
 @compiled
 def write_potential(teeth, single, block, lever, pair):
     """Write load and potential of a tooth pair with their slopes, and how far it moves at given loads of the others."""
-    u = potential_within(single, block, cell_of(pair), range_of_pair(pair), pair.x, lever)
+    u = single_potential(single, block, lever, pair, True)
     pair.load, pair.stiffness, pair.load_by_s = u.force, u.stiffness, u.force_by_phase
     # the part of the potential that is stationary at the solution
     pair.energy = u.energy + u.force * (pair.free - pair.x)
