@@ -19,7 +19,7 @@ In a call s does not change: range, nodes and increments are interpolated over i
 evaluates polynomials over the load alone. That takes a third of the time of whole potentials in each iteration.
 """
 
-from math import ceil, floor, inf, nan, sqrt
+from math import ceil, floor, inf, nan
 
 from numba import carray
 
@@ -60,9 +60,9 @@ from fem.support.numba_cache import compiled
 #: Most tooth pairs that may touch at a time.
 MOST = 8
 #: A tooth pair in a call: its position s, the deflection of the mesh at which it touches, and the actual one less its
-#: pitch deviation; its own deflection x, and the largest x that Newton's method may take; cell of s in the single table,
-#: and `Range` there; numbers of the increments of pinion, wheel and both beside the sum (-1: none), of the whole block,
-#: whether there are any, and their value without load with its slope by s.
+#: pitch deviation; its own deflection x, and the largest x that Newton's method may take; cell of s in the single
+#: table, and `Range` there; numbers of the increments of pinion, wheel and both beside the sum (-1: none), of the whole
+#: block, whether there are any, and their value without load with its slope by s.
 #: Over the load: number of the interval of the potential in which x lies (-1: none yet), and the jets at its ends;
 #: number of the interval of the increments, and its numbers.
 #: At x: load, stiffness, slope of the load by s; of the potential that is stationary at the solution the value, and its
@@ -495,8 +495,7 @@ def write_potential(teeth, single, block, lever, pair):
 
 @compiled
 def sum_moments(lever, n, pairs):
-    """(energy, its slope by s at given loads, sum of moments); subtracts what moves with s from the second right side.
-    """
+    """(energy, its slope by s at given loads, sum of moments); subtracts what moves with s from the second right side."""
     energy, by_s, moments = 0.0, 0.0, 0.0
     for p in range(n):
         a = pairs[p]
