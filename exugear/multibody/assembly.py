@@ -27,7 +27,7 @@ from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
 from exugear.mesh_force.kernel_records import address_of, changed
-from exugear.multibody.bearings_and_drags import add_bearings, add_drags
+from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags
 from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import (
     BuiltRing,
@@ -81,6 +81,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
     }
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
+    for drag in gearbox.drags_between:
+        carried, carrying = (node_of(mbs, bodies[name]) for name in (drag.carried, drag.carrying))
+        add_drag_between(mbs, (carried, carrying), drag)
     on_seats = moving_seats(gearbox, scene)
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
@@ -268,7 +271,7 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_g
         body = of_gears[shaft.name][shaft.stations[0]]
     else:
         body = _add_supported_body(mbs, ground, gearbox, shaft, scene)
-    add_drags(mbs, node_of(mbs, body), shaft, coordinates)
+    add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground[shaft.name], coordinates)
     return body
 
 
@@ -312,7 +315,8 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene:
 def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int], coordinates: Coordinates) -> Pin:
     """Add the pin of a planet by its name, with the planet's coordinates."""
     carrier, planet = gearbox.planets[name], gearbox.ends[name]
-    pin = pin_of(planet, carrier, (pose(gearbox, planet), pose(gearbox, carrier)), coordinates.spin_index)
+    poses = pose(gearbox, planet), pose(gearbox, carrier)
+    pin = pin_of(planet, carrier, poses, coordinates.spin_index, gearbox.series_pins.get(name))
     add_pin(mbs, (node_of(mbs, bodies[carrier.name]), node_of(mbs, bodies[name])), pin)
     return pin
 

@@ -82,7 +82,10 @@ class DriveAndLoad:
     constrained: bool = field(init=False)
 
     def __post_init__(self):
-        braked = any(held.end_rotor is None and (held.drags or held.unbalances) for held in self.held)
+        rubbing = {name for drag in self.model.gearbox.drags_between for name in (drag.carried, drag.carrying)}
+        braked = any(
+            held.end_rotor is None and (held.drags or held.unbalances or held.name in rubbing) for held in self.held
+        )
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
         twists = any(held.end_rotor is None and held.name in self.model.elastics for held in self.held)
         self.constrained = braked or added or twists or self._observed()
