@@ -154,6 +154,18 @@ def test_big_libraries_stay_behind_their_fences():
                 assert module.split(".")[-1] in MODULES_OF_REPORTING[library], (module, library)
 
 
+def test_no_module_asks_for_the_system_with_drive_and_load():
+    """Asking adds them to the system, whose steps they slow down: exugear itself takes `bare_mbs`."""
+    doors = {"exugear.multibody.model", "exugear.multibody.drive_items"}
+    asking = {
+        f"{module_name(path)}:{node.lineno}"
+        for path in (ROOT / "exugear").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and node.attr == "mbs" and module_name(path) not in doors
+    }
+    assert not asking
+
+
 def test_top_level_holds_nothing_else():
     if not (ROOT / ".git").exists():
         pytest.skip("not a git checkout")
