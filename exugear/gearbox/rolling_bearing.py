@@ -511,8 +511,8 @@ def _estimate(kind: str, sizes: Sizes, direction: int, clearance: float) -> tupl
             return RollingBearing.cylindrical_roller(**row, L_we=length, clearance=clearance).rows[0]
         return _roller_row(Z, D_w, diameter, length, LAMINAE, sizes.alpha, direction, TAPERED_DROP, 0.0)
 
-    row, others = estimated_row(kind, sizes, row_of)
-    return row, described(row, others, sizes)
+    row, alternatives = estimated_row(kind, sizes, row_of)
+    return row, described(row, alternatives, sizes)
 
 
 def comes_apart(bearing: RollingBearing, q: np.ndarray) -> bool:

@@ -103,19 +103,17 @@ def add_moving_seats(
     listed = moving_seats(gearbox, scene)
     if not listed:
         return None
-    names = [
-        *dict.fromkeys(
-            [*(name for name, _ in listed), *(gearbox.between[x][0] for x in listed if x in gearbox.between)]
-        )
-    ]
+    outer_shafts = [gearbox.between[seat][0] for seat in listed if seat in gearbox.between]
     nodes: list[int] = []
     first, n = {}, 0
-    for name in names:
+    for name in dict.fromkeys([*(name for name, _ in listed), *outer_shafts]):
         first[name] = n
-        nodes += (
-            mbs.GetObject(elastics[name].number)["nodeNumbers"] if name in elastics else [node_of(mbs, bodies[name])]
-        )
-        n += elastics[name].elastic.size if name in elastics else len(scene.shafts[name].components)
+        if name in elastics:
+            nodes += mbs.GetObject(elastics[name].number)["nodeNumbers"]
+            n += elastics[name].elastic.size
+        else:
+            nodes.append(node_of(mbs, bodies[name]))
+            n += len(scene.shafts[name].components)
     housing = scene.elastic_housing
     m = housing.size if housing else 0
     if housing:

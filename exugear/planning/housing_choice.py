@@ -33,25 +33,26 @@ def chosen_housing(
         require(modes is None, "housing_modes need a housing: pass Gearbox(..., housing=exugear.Housing(...))")
         return None, ""
     on_bearings = housing_on_bearings(gearbox, shafts)
-    most = on_bearings.most_modes
+    most_modes = on_bearings.most_modes
     if modes is not None:
-        light = "; a housing without mass= has none" if gearbox.housing.mass is None else ""
-        within = f"housing_modes must lie in [0, {most}], those below 15 kHz{light}; got {modes}"
-        require(0 <= modes <= most, within)
+        without = "; a housing without mass= has none" if gearbox.housing.mass is None else ""
+        within = f"housing_modes must lie in [0, {most_modes}], those below 15 kHz{without}; got {modes}"
+        require(0 <= modes <= most_modes, within)
     if not on_bearings.loaded.size:
         return None, f"no shaft moves on its seats, and it has no influence{_on_ground(gearbox)}"
     if modes is not None:
         reduced = on_bearings.reduced(modes)
         return reduced, f"chosen by the user: {words_of_housing(gearbox, shafts, reduced)}"
-    static = error_of(on_bearings, None)
-    nonlinear = nonlinear_seats(gearbox, shafts)
-    if static < SMALL and not nonlinear:
-        mass = "" if gearbox.housing.mass is None else f", beside its modes an error of {static:.2g} of their forces"
-        vibrating = "" if gearbox.housing.mass is None else "; exugear.plan(gearbox, housing_modes=n) lets it vibrate"
-        between = f"static stiffness between {_yielding(gearbox, shafts)} seats, whose bearings yield with them"
-        return None, f"{between}{mass}{vibrating}{_on_ground(gearbox)}"
-    for number in range(most + 1):
-        reduced = on_bearings.reduced(number)
+    static_error = error_of(on_bearings, None)
+    if static_error < SMALL and not nonlinear_seats(gearbox, shafts):
+        massless = gearbox.housing.mass is None
+        error = "" if massless else f", beside its modes an error of {static_error:.2g} of their forces"
+        vibrating = "" if massless else "; exugear.plan(gearbox, housing_modes=n) lets it vibrate"
+        number = _number_of_moving_seats(gearbox, shafts)
+        between = f"static stiffness between {number} seats, whose bearings yield with them"
+        return None, f"{between}{error}{vibrating}{_on_ground(gearbox)}"
+    for modes_taken in range(most_modes + 1):
+        reduced = on_bearings.reduced(modes_taken)
         if error_of(on_bearings, reduced) < SMALL:
             break
     return reduced, words_of_housing(gearbox, shafts, reduced)
@@ -60,20 +61,20 @@ def chosen_housing(
 def words_of_housing(gearbox: Gearbox, shafts: Mapping[str, Coordinates], reduced: ElasticHousing) -> str:
     """The coordinates of a housing in words, with their error."""
     on_bearings, housing = housing_on_bearings(gearbox, shafts), reduced.housing
-    static, error = error_of(on_bearings, None), error_of(on_bearings, reduced)
+    static_error, error = error_of(on_bearings, None), error_of(on_bearings, reduced)
     highest = f" up to {reduced.highest:.4g} Hz" if reduced.modes else ""
     number = f"{reduced.modes} modes{highest} and {reduced.size - reduced.modes} static shapes"
-    told = f"error {error:.2g} of the forces of its seats beside all {len(housing.stiffness)} coordinates"
-    less = f"static stiffness alone {static:.2g}"
+    accuracy = f"error {error:.2g} of the forces of its seats beside all {len(housing.stiffness)} coordinates"
+    without_modes = f"static stiffness alone {static_error:.2g}"
     nonlinear = nonlinear_seats(gearbox, shafts)
-    why = f"; coordinates, as the bearings {', '.join(nonlinear)} on its seats are not linear" if nonlinear else ""
+    reason = f"; coordinates, as the bearings {', '.join(nonlinear)} on its seats are not linear" if nonlinear else ""
     if housing.mass is None:
-        told, less = "it has no mass, and no vibrations of its own", "its shapes count by their compliance below 15 kHz"
+        accuracy = "it has no mass, and no vibrations of its own"
+        without_modes = "its shapes count by their compliance below 15 kHz"
     undamped = not housing.damping_ratio and not housing.damping_time and reduced.modes
-    damping = "; UNDAMPED, its resonances are bounded by the bearings' damping alone: damping_ratio=0.02" * bool(
-        undamped
-    )
-    return f"{number} ({told}, {less}){why}{damping}{_on_ground(gearbox)}"
+    bounded = "; UNDAMPED, its resonances are bounded by the bearings' damping alone: damping_ratio=0.02"
+    damping = bounded if undamped else ""
+    return f"{number} ({accuracy}, {without_modes}){reason}{damping}{_on_ground(gearbox)}"
 
 
 def housing_on_bearings(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> HousingOnBearings:
@@ -101,7 +102,7 @@ def nonlinear_seats(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> list
     return [seat_label(seat) for seat in seats if not bearing_on(by_name, seat).linear]
 
 
-def _yielding(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> int:
+def _number_of_moving_seats(gearbox: Gearbox, shafts: Mapping[str, Coordinates]) -> int:
     return sum(shafts[name].on_bearings for name, _ in gearbox.housing.seats) if gearbox.housing else 0
 
 

@@ -265,8 +265,8 @@ class RollerRow(Row):
     @property
     def static_approach(self) -> float:
         """Approach [m] of a straight roller at the pressure of the static capacity, at the inner raceway."""
-        width = self.L_we / self.laminae
-        force = width * (STATIC_PRESSURE_OF_ROLLERS / self.inner.pressure(1.0)) ** 2
+        lamina = self.L_we / self.laminae
+        force = lamina * (STATIC_PRESSURE_OF_ROLLERS / self.inner.pressure(1.0)) ** 2
         return (force / self.stiffness) ** 0.9
 
     def preloaded(self, approach: float) -> "RollerRow":

@@ -15,6 +15,7 @@ import numpy as np
 
 from exugear.gearbox.elastic_ring import ElasticRing
 from exugear.mesh_force.kernel_records import record_of
+from exugear.mesh_force.pchip import hermite, hermite_slope
 from exugear.multibody.elastic_rings import RingInMesh
 from exugear.steady_state.ring_kernels import STEADY_RING
 from fem.support.validation import require
@@ -92,12 +93,10 @@ class PassedRing(NamedTuple):
     def shape_at(self, side: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """(m,) shapes of the modes of a flank at the phase of the driving flank, and their slopes per pitch."""
         table, at = self.table[0 if side > 0 else 1], self.record.start + self.record.pitch * phase
-        u, i = at % 1.0, int(np.floor(at)) % len(table)
-        k, v = (i + 1) % len(table), 1 - at % 1.0
-        (a, a_slope), (b, b_slope) = (np.moveaxis(table[x], -1, 0) for x in (i, k))
-        values = v**2 * (1 + 2 * u) * a + u**2 * (1 + 2 * v) * b + u * v * (v * a_slope - u * b_slope)
-        slopes = 6 * u * v * (b - a) + v * (1 - 3 * u) * a_slope + u * (3 * u - 2) * b_slope
-        return values, self.record.pitch * slopes
+        i = int(np.floor(at)) % len(table)
+        before, after = table[i], table[(i + 1) % len(table)]
+        cubic = at % 1.0, before[:, 0], before[:, 1], after[:, 0], after[:, 1]
+        return hermite.py_func(*cubic), self.record.pitch * hermite_slope.py_func(*cubic)
 
 
 def passed_ring(ring: RingInMesh, blocks: RingBlocks, indices: np.ndarray, first: int) -> PassedRing:

@@ -245,11 +245,11 @@ def _moves(n: int) -> list[np.ndarray]:
 
 def evolved(objective: FlankObjective, spread: Callable, seed: int) -> dict[tuple[float, ...], Design]:
     """All designs that differential evolution evaluates."""
-    found: dict[tuple[float, ...], Design] = {}
+    evaluated: dict[tuple[float, ...], Design] = {}
 
     def mapped(_, population) -> list[float]:
         designs = designs_at(objective, [np.asarray(shares) for shares in population], spread)
-        found.update({design.values: design for design in designs})
+        evaluated.update({design.values: design for design in designs})
         return [min(design.objective, 1e300) for design in designs]
 
     n = len(objective.variables)
@@ -257,4 +257,4 @@ def evolved(objective: FlankObjective, spread: Callable, seed: int) -> dict[tupl
         lambda shares: objective.snapped(shares).objective, [(0.0, 1.0)] * n, workers=mapped, updating="deferred",
         popsize=max(TRIED, 5), maxiter=15, polish=False, tol=1e-3, seed=seed,
     )  # fmt: skip
-    return found
+    return evaluated

@@ -301,8 +301,8 @@ def _search(objective: FlankObjective, method: str, starts: int, seed: int, spre
     number = 2 ** int(np.ceil(np.log2(TRIED * len(objective.variables))))
     designs = designs_at(objective, sampled(objective, number, seed), spread)
     _refuse_hopeless(objective)
-    for found in spread(partial(searched, objective, method), apart(objective, designs, starts)):
-        objective.known.update(found)
+    for evaluated in spread(partial(searched, objective, method), apart(objective, designs, starts)):
+        objective.known.update(evaluated)
 
 
 def _refuse_hopeless(objective: FlankObjective) -> None:

@@ -8,6 +8,16 @@ from paper_gears import paper_gear
 import fem
 from fem.units import mm, um
 
+#: One modification of each kind.
+ALL_KINDS = (
+    fem.TipRelief(15 * um, 2.5 * mm),
+    fem.RootRelief(8 * um, 2 * mm, power=2),
+    fem.ProfileCrowning(4 * um),
+    fem.LeadCrowning(10 * um),
+    fem.HelixSlope(6 * um),
+    fem.EndRelief(12 * um, 3 * mm),
+)
+
 
 def fzg_type_c(C_a: float) -> fem.GearPair:
     """Type C of FZG with tip relief and crowning, teeth 0.06 mm thinner than nominal."""

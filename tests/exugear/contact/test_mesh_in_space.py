@@ -99,7 +99,7 @@ def test_generalized_forces_are_the_slope_of_the_energy(name, side, direction):
     _, _, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, q[:6], q[6:], NONE, NONE)
     h = 2e-7
     slope = np.array([(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(12)])
-    assert np.r_[on_pinion, on_wheel] == pytest.approx(-slope, rel=1e-6, abs=2e-3)
+    assert np.r_[on_pinion, on_wheel] == pytest.approx(-slope, rel=1e-6, abs=2e-3 if name == "ring" else 1e-3)
     if side == 1:
         force = law(0.0, 150 * um)
         ahead, behind = (

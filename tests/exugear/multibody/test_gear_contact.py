@@ -43,25 +43,6 @@ def test_forces_and_moments_balance_in_every_attitude(seed, measured):
     assert np.linalg.norm(wrenches[0][:3]) == pytest.approx(force, rel=1e-4), "to first order in the tilts"
 
 
-@pytest.mark.parametrize(("side", "direction"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
-def test_row_is_the_gradient_of_the_deflection(side, direction):
-    reference = np.zeros((2, 6))
-    reference[1, :2] = PAIR.a * np.cos(0.7), PAIR.a * np.sin(0.7)
-    law = linear_law(backlash=100 * um, reach=9e-3)
-    frame = frame_in_space(PAIR, reference, 0.0, direction, [0.01, 0.01])
-    q = np.zeros(12)
-    q[5] = direction * (side * 200 - 50) * um / PAIR.pinion.r_b
-
-    def energy(x):
-        _, force, *_ = mesh_in_space(law, frame, x[:6], x[6:], NONE, NONE)
-        return force**2 / (2 * K)
-
-    _, _, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, q[:6], q[6:], NONE, NONE)
-    h = 2e-7
-    slope = np.array([(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(12)])
-    assert np.r_[on_pinion, on_wheel] == pytest.approx(-slope, rel=1e-6, abs=1e-3)
-
-
 def test_generalized_forces_are_those_of_exudyns_own_force_and_torque(mbs):
     reference, q, v = attitudes(3)
     law, axial = linear_law(reach=9e-3), [0.01, -0.005]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from contacts import position_of, single_slice
+from helical_gears import published_pair
 from hypothesis import given
 from hypothesis import strategies as st
 from paper_gears import paper_gear, paper_pair
@@ -18,13 +19,8 @@ from fem.units import deg, mm, um
 
 @pytest.fixture(scope="module")
 def lines():
-    """A published pair and its lines of contact: z 20/30, m_n 3.5 mm, beta 15 deg."""
-    data = {"m_n": 3.5 * mm, "b": 23 * mm, "d_bore": 20 * mm}
-    pinion = fem.Gear(z=20, beta=15 * deg, x=0.1809, d_a=2 * 40.336 * mm, **data)
-    wheel = fem.Gear(z=30, beta=-15 * deg, x=0.0891, d_a=2 * 58.132 * mm, **data)
-    pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
-    assert pair.eps_alpha == pytest.approx(1.4599, abs=1e-4)
-    assert pair.eps_beta == pytest.approx(0.5414, abs=1e-4)
+    """The published pair and its lines of contact."""
+    pair = published_pair()
     return pair, [np.array(list(position_of(pair, i / 2000).lines().values())) for i in range(2000)]
 
 

@@ -5,22 +5,13 @@ import pytest
 from compliance_products import across, elastic_body
 from contacts import contact_of
 from measured_rows import deviation
-from modified_pairs import end_relieved
+from modified_pairs import ALL_KINDS, end_relieved
 from paper_gears import paper_gear
 from twins import plane_twin, twin_te
 
 import fem
 from fem import Density
 from fem.units import mm, um
-
-ALL = (
-    fem.TipRelief(15 * um, 2.5 * mm),
-    fem.RootRelief(8 * um, 2 * mm, power=2),
-    fem.ProfileCrowning(4 * um),
-    fem.LeadCrowning(10 * um),
-    fem.HelixSlope(6 * um),
-    fem.EndRelief(12 * um, 3 * mm),
-)
 
 
 def modified(*parts) -> fem.Gear:
@@ -146,7 +137,7 @@ def test_modifications_need_no_new_finite_elements(folder):
     density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
     elastic_body(paper_gear(), density)
     known = sorted(folder.iterdir())
-    elastic_body(modified(*ALL), density)
+    elastic_body(modified(*ALL_KINDS), density)
     assert sorted(folder.iterdir()) == known
 
 

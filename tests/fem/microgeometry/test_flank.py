@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from involutes import involute_flank
+from modified_pairs import ALL_KINDS
 from paper_gears import paper_gear
 from strategies import gears, modifications
 
@@ -16,14 +17,6 @@ from fem.microgeometry import flank
 from fem.units import mm, um
 
 FACE = paper_gear().face._replace(roll_form=18 * mm, roll_tip=33 * mm, r_b=69.6 * mm, land=np.inf)
-ALL = (
-    fem.TipRelief(15 * um, 2.5 * mm),
-    fem.RootRelief(8 * um, 2 * mm, power=2),
-    fem.ProfileCrowning(4 * um),
-    fem.LeadCrowning(10 * um),
-    fem.HelixSlope(6 * um),
-    fem.EndRelief(12 * um, 3 * mm),
-)
 ROLL, AXIAL = np.linspace(18, 33, 39) * mm, np.linspace(-11.5, 11.5, 9)[:, None] * mm
 SEVERAL = settings(max_examples=100)
 
@@ -267,14 +260,14 @@ def test_impossible_flanks_are_refused(call, message):
 
 def test_modifications_at_their_ends():
     roll, axial = np.array([FACE.roll_form, FACE.roll_tip]), np.array([[-11.5 * mm], [0], [11.5 * mm]])
-    tip, root, profile, lead, slope, end = (part.removed(FACE, roll, axial) / um for part in ALL)
+    tip, root, profile, lead, slope, end = (part.removed(FACE, roll, axial) / um for part in ALL_KINDS)
     assert tip == pytest.approx(np.tile([0, 15.0], (3, 1)))
     assert root == pytest.approx(np.tile([8.0, 0], (3, 1)))
     assert profile == pytest.approx(4.0)
     assert lead[:, 0] == pytest.approx([10, 0, 10])
     assert slope[:, 0] == pytest.approx([-3, 0, 3])
     assert end[:, 0] == pytest.approx([12, 0, 12])
-    together = flank.removed(ALL, FACE, roll, axial) / um
+    together = flank.removed(ALL_KINDS, FACE, roll, axial) / um
     assert together == pytest.approx(tip + root + profile + lead + slope + end)
 
 
@@ -287,8 +280,8 @@ def test_added_material_must_not_be_steep_where_the_profile_is_short():
 
 def test_modifications_are_read_back_from_the_file():
     edges = (fem.EdgeBreak(0.2 * mm),)
-    assert flank.from_text(flank.to_text(ALL)) == ALL and flank.from_text(flank.to_text(edges)) == edges
-    pair = fem.GearPair(with_flank(*ALL), paper_gear(), a=150 * mm)
+    assert flank.from_text(flank.to_text(ALL_KINDS)) == ALL_KINDS and flank.from_text(flank.to_text(edges)) == edges
+    pair = fem.GearPair(with_flank(*ALL_KINDS), paper_gear(), a=150 * mm)
     assert fem.pair_of(fem.ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
     with pytest.raises(ValueError, match="unknown flank modifications"):
         flank.from_text('[{"kind": "os.system"}]')

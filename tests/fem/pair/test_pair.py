@@ -5,6 +5,7 @@ from math import pi, sin
 
 import numpy as np
 import pytest
+from helical_gears import published_pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from involutes import involute
@@ -26,11 +27,7 @@ def test_paper_pair(paper_pair):
 
 
 def test_published_helical_pair():
-    """z 20/30, m_n 3.5 mm, beta 15 deg: eps_alpha 1.4599, eps_beta 0.5414."""
-    data = {"m_n": 3.5 * mm, "b": 23 * mm, "d_bore": 20 * mm}
-    pinion = fem.Gear(z=20, beta=15 * deg, x=0.1809, d_a=2 * 40.336 * mm, **data)
-    wheel = fem.Gear(z=30, beta=-15 * deg, x=0.0891, d_a=2 * 58.132 * mm, **data)
-    pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
+    pair = published_pair()
     assert pair.eps_alpha == pytest.approx(1.4599, abs=5e-5)
     assert pair.eps_beta == pytest.approx(0.5414, abs=5e-5)
 

@@ -133,7 +133,7 @@ def test_nonlinear_statics_confirm_a_rim_that_bends_on_bolts(first, measured):
 
 
 @pytest.mark.slow
-def test_nonlinear_statics_in_space_confirm_a_rim_on_bolts():
+def test_nonlinear_statics_in_space_confirm_a_rim_on_bolts(measured):
     """As a ring in space above; bolts act on the mean displacement of the rim across the face: within 0.5 %."""
     pair, torque, phases = thin_ring_pair(bolted()), 40.0, [0.0, 0.3]
     force, pitch = torque / pair.pinion.r_b, 2 * np.pi / abs(pair.wheel.z)
@@ -143,7 +143,7 @@ def test_nonlinear_statics_in_space_confirm_a_rim_on_bolts():
     te += [balanced(space, phase, force).te - balanced(plane, phase, force).te for phase in phases]
     options = {"stations": 2, "progress": False}
     ste = [fem.load_distribution(pair, torque, [x], ring_angle=x * pitch, **options)["te"].values[0, 0] for x in phases]
-    assert np.array(ste) == pytest.approx(te, rel=5e-3)
+    measured("ring on bolts in space, z 19/-53, 40 N m, two phases", np.abs(np.array(ste) / te - 1).max(), 5e-3)
 
 
 def test_helical_rings_on_supports_are_refused_in_space():
