@@ -28,6 +28,7 @@ from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
 from exugear.mesh_force.kernel_records import address_of, changed
 from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags
+from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import (
     BuiltRing,
     RingInMesh,
@@ -109,7 +110,8 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
     }
-    (*further_drives, drive), load = add_drives_and_load(mbs, gearbox, end_markers)
+    drive_items = drive_items_of(mbs, gearbox, end_markers)
+    built = mbs.systemData.NumberOfObjects(), mbs.systemData.NumberOfLoads()
     with quiet():
         mbs.Assemble()
     spins = {
@@ -122,8 +124,8 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         _mesh(stage, scene, label, contact, _row(mbs, stage, contact, spins, elastics, rings, scene))
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
-    numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    further = pins, tuple(further_drives), elastics, rings
+    numbers = bodies, spins, rotor_spins, end_markers, drive_items, built
+    further = pins, elastics, rings
     system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further, seats=located_seats(mbs, seats))
     hold_members(system)
     return linearized(system, gearbox.independent)
@@ -370,15 +372,8 @@ def end_marker(mbs, shaft: Shaft, body: int, rotors: Mapping[str, int], coordina
     return spin_marker(mbs, body, coordinates.spin_index)
 
 
-def add_drives_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[list[int], int]:
-    """Add a constraint for each speed that the gearbox leaves free, and the load on the driven shaft, by their markers.
-
-    Returns the numbers of the constraints, that of the driving shaft last, and of the load.
-    """
-    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    drives = []
-    for number, name in reversed([*enumerate(anchors_of(gearbox, [gearbox.driving.name]), start=1)]):
-        markers = [fixed, end_markers[name]]
-        drive = eii.CoordinateConstraint(name="drive" if number == 1 else f"drive {number}", markerNumbers=markers)
-        drives.append(mbs.AddObject(drive))
-    return drives, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))
+def drive_items_of(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> DriveItems:
+    """A constraint for each speed that the gearbox leaves free, and the load on the driven shaft, by their markers."""
+    ends = [end_markers[name] for name in anchors_of(gearbox, [gearbox.driving.name])]
+    ground, aside = _ground_marker(mbs), _ground_marker(mbs)
+    return DriveItems(mbs, ground, aside, ends, end_markers[gearbox.driven.name])

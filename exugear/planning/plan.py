@@ -251,12 +251,6 @@ def _coefficient(friction: MeshFriction, stage: Stage) -> str:
 
 def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     """Coordinates that a shaft needs, and the reason."""
-    on_carrier = shaft.name not in gearbox.planets and any(stage.carrier for stage in _stages_of(gearbox, shaft))
-    tilted = on_carrier and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
-    pins = tilted and any(x.carrier and x.carrier.name in gearbox.carriers_of_pins for x in _stages_of(gearbox, shaft))
-    fixed = f"shaft {shaft.name!r} is tilted, seen from planets on elastic pins that turn about it, which is not built"
-    remedy = "leave pin= out, or displace the shaft by Placement(x=..., y=...) alone"
-    require(not pins, f"{fixed}; {remedy}")
     if not shaft.bearings:
         on_pin = "it turns on an ideal pin, and its mass with the carrier"
         return Coordinates.SPIN, on_pin if shaft.name in gearbox.planets else "no bearings given: ideal ones"
@@ -327,5 +321,5 @@ def _leans(gearbox: Gearbox, planet: str) -> bool:
 
 
 def has_tilted_shafts(stage: Stage) -> bool:
-    """Whether the shafts of a stage are tilted."""
-    return any(shaft.offset.tilt_x or shaft.offset.tilt_y for shaft in (stage.fast, stage.slow))
+    """Whether the shafts of a stage, or its carrier, are tilted."""
+    return any(shaft.offset.tilt_x or shaft.offset.tilt_y for shaft in stage.shafts)
