@@ -49,7 +49,10 @@ def main(folder: Path, errors=(-20 * um, -10 * um, 0.0, 10 * um, 20 * um), durat
     ax = plots.figure(columns=1).axes[0]
     for name, run in runs.items():
         shares = exugear.planet_shares(run)
-        print(f"pin of planet 1 {name}: shares {np.round(100 * shares['share'][:, -1].values, 1)} % at the end")
+        faces = exugear.load_distribution(boxes[name], max(ramp["load"]), mesh_stiffness=5e8 / GEAR.b)
+        print(f"pin of planet 1 {name}: shares {np.round(100 * shares['share'][:, -1].values, 1)} % at the end,")
+        in_statics, uneven = np.round(100 / 3 * faces["K_gamma"][::2].values, 1), faces["K_H_beta"].max()
+        print(f"  {in_statics} % in statics, K_Hbeta {uneven:.3f}")
         ax.plot(run.data["time"], 100 * shares["share"][0], "k--" if name == "floating sun" else "-", label=name)
     ax.set(title="pin of planet 1 ahead (+) or behind (-)", ylabel="share of planet 1 [%]", xlabel="time [s]")
     ax.legend(ncols=2).figure.savefig(folder / "planetary_load_sharing.png", dpi=100)

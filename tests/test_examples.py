@@ -157,6 +157,15 @@ def planets(tmp_path_factory):
     )
 
 
+def test_planets_share_the_load_in_statics_as_at_the_end_of_the_ramp(planets):
+    faces = exugear.load_distribution(
+        planetary_load_sharing.gearbox(pin_errors=(-20 * um, 0.0, 0.0)), 2500.0, mesh_stiffness=20e9
+    )
+    shares = exugear.planet_shares(planets["-20 µm"])["share"].isel(time=-1).values
+    assert faces["K_gamma"].values[::2] / 3 == pytest.approx(shares, abs=2e-3)
+    assert shares[0] > 0.34
+
+
 def lin_and_parker(planets: int) -> np.ndarray:
     """Frequencies [Hz] of the 1999 model: sun, ring, carrier (x, y, u), and planets (radial, tangential, u)."""
     p, alpha, size = planetary_set, np.radians(24.6), 9 + 3 * planets

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from exugear.exchange.rexs_file import Component
-from exugear.exchange.rexs_reading import Reading
+from exugear.exchange.rexs_reading import Reading, placing_errors
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.rolling_bearing import RollingBearing
 from fem.support.validation import require
@@ -67,6 +67,14 @@ def bearing_of(
     rolling   whether rolling bearings of known geometry keep their force law, else they are linear
     sense     of the shaft's u axis along z
     """
+    with placing_errors(component, reading.file):
+        return _bearing_of(reading, component, seat, rolling=rolling, sense=sense)
+
+
+def _bearing_of(
+    reading: Reading, component: Component, seat: float | None, *, rolling: bool, sense: int
+) -> Bearing | RollingBearing:
+    """`bearing_of`, whose errors do not name the component."""
     reading.use(component)
     held = reading.text(component, "axial_force_absorption", "both_directions")
     radial = _stiffness(reading, component, "radial_stiffness", "N/m", STIFF)

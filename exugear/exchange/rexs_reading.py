@@ -1,5 +1,7 @@
 """Values of a REXS file in SI units, and the account of all that is read, assumed and left out."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import isfinite, pi
 from typing import Any, NamedTuple
@@ -63,6 +65,16 @@ class Account:
     def __str__(self) -> str:
         widths = [max((len(row[i]) for row in self.rows), default=0) for i in (0, 1)]
         return "\n".join(f"{kind:<{widths[0]}}  {part:<{widths[1]}}  {text}" for kind, part, text in self.rows)
+
+
+@contextmanager
+def placing_errors(component: Component, file: RexsFile) -> Iterator[None]:
+    """Let a ValueError of gears, bearings and pairs say which component of the file it comes from, with its line."""
+    try:
+        yield
+    except ValueError as error:
+        told = component.title in str(error)
+        raise error if told else ValueError(f"{component.title} of {file.path}: {error}") from None
 
 
 class Reading:

@@ -19,7 +19,7 @@ from exugear.exchange.rexs_bearings import (
 )
 from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters, material_of
-from exugear.exchange.rexs_reading import Reading
+from exugear.exchange.rexs_reading import Reading, placing_errors
 from exugear.exchange.rexs_shafts import (
     SHORTEST,
     ShaftLayout,
@@ -212,7 +212,8 @@ class Train:
         pairs = []
         for pinion, wheel, a in self._mates(member):
             (z_1, first), (z_2, second) = self._gears[pinion.id], self._gears[wheel.id]
-            pairs.append((GearPair(first, second, a=a), z_2 - z_1 if isinstance(member, Mesh) else 0.0))
+            with placing_errors(member.component, self.reading.file):
+                pairs.append((GearPair(first, second, a=a), z_2 - z_1 if isinstance(member, Mesh) else 0.0))
         return pairs
 
     def _mates(self, member: Mesh | Set) -> list[tuple[Component, Component, float]]:
@@ -349,7 +350,8 @@ class Train:
     def _placed_gear(self, layout: ShaftLayout, component: Component) -> tuple[float, Gear]:
         axial = gear_position(self.reading, layout, component)
         self.reading.vector(component, "u_axis_vector", "m")
-        return axial, gear_of(self.reading, component, layout.at(axial))
+        with placing_errors(component, self.reading.file):
+            return axial, gear_of(self.reading, component, layout.at(axial))
 
     def _shaft(self, name: str, gears: list[tuple[float, Gear]], forces: Mapping[float, ExternalForce]) -> Shaft:
         layout, account = self.layouts[name], self.reading.account

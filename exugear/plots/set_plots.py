@@ -22,6 +22,8 @@ ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (-0.1, 1.0), "nc
 OF_EQUAL_PLANETS = 1e-6
 #: Lowest level that is drawn below the range of the axis, so that lines below it leave no stump.
 BELOW = 1.0
+#: Least range of shares that is drawn [%], so that rounding does not fill the picture.
+LEAST_RANGE = 0.5
 #: Distance of the lines of two harmonics in the picture [orders]; lines on one side of all harmonics for a mark each.
 GAP, TICKS = 3.0, 3
 
@@ -86,6 +88,9 @@ def plot_planet_shares(shares: xr.Dataset, ax: Axes | None = None, **style) -> A
     for planet, share, colour in zip(shares["planet"].values, shares["share"].values, cycle(DISTINCT), strict=False):
         ax.plot(shares["time"], 100 * share, **merged(style, color=colour, linewidth=1.0, label=str(planet)))
     ax.axhline(100 / shares.sizes["planet"], color=GUIDE, linewidth=0.9, linestyle="--", label="equal")
+    low, high = ax.get_ylim()
+    if high - low < LEAST_RANGE:
+        ax.set_ylim((low + high - LEAST_RANGE) / 2, (low + high + LEAST_RANGE) / 2)
     member, factor = shares.attrs.get("member", "sun"), float(shares["K_gamma"])
     ax.set(xlabel="time [s]", ylabel=f"share in the mesh forces\nat the {member} [%]")
     ax.set_title(f"$K_\\gamma$ = {factor:.4g}")

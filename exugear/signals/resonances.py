@@ -115,8 +115,10 @@ def resonances(run, stage: int | str = 0, *, harmonics: int = 8, prominence: flo
     superharmonics: their response frequencies nearly agree.
 
     Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], exciting_stage, harmonic,
-    harmonic_amplitude [m] and response_frequency [Hz]. The harmonic_amplitude is NaN where `exugear.order_cut` cannot
-    tell it: the speed changes too fast for it, or for telling it from close orders of another stage.
+    harmonic_amplitude [m] and response_frequency [Hz]; its attribute `resonances` tells how many peaks of the envelope
+    these are, and over which mesh frequencies, also where there is none. The harmonic_amplitude is NaN where
+    `exugear.order_cut` cannot tell it: the speed changes too fast for it, or for telling it from close orders of
+    another stage.
 
     Raises ValueError for a run of less than 3 mesh cycles, and for numbers out of range.
     """
@@ -141,7 +143,9 @@ def resonances(run, stage: int | str = 0, *, harmonics: int = 8, prominence: flo
             ratio = mesh_order(stage_data(data, cut.stage)) / mesh_order(stage_data(data, stage))
             row = Resonance(frequency, height, cut.harmonic, amplitude, cut.harmonic * frequency * ratio, cut.stage)
             rows[cut.stage, cut.harmonic, peaks_at] = row
-    return _labelled(sorted(rows.values()), data["stage"].values)
+    low, high = outline.abscissa[[0, -1]]
+    among = f"{len(rows)} of {len(tops[0])} peaks of the envelope, at {low:.4g} to {high:.4g} Hz of mesh frequency"
+    return _labelled(sorted(rows.values()), data["stage"].values).assign_attrs(resonances=among)
 
 
 def _labelled(rows: list[Resonance], stages: np.ndarray) -> xr.Dataset:

@@ -271,6 +271,31 @@ def _text(folder, text: str):
     return folder / "model.rexs"
 
 
+@pytest.mark.parametrize(
+    ("type", "attribute", "value", "words"),
+    [
+        (
+            "cylindrical_gear",
+            "normal_module",
+            (-2.0, "mm"),
+            r"cylindrical_gear \d+ 'gear 25', line \d+ of .*: m_n must lie",
+        ),
+        (
+            "rolling_bearing_with_catalog_geometry",
+            "outer_diameter",
+            (20.0, "mm"),
+            r"'bearing 10.0', line \d+ of .*: d and D",
+        ),
+        ("cylindrical_stage", "rotating_angle_around_neg_u_axis", (1.0, "mm"), r"stage.*line \d+.*has the unit 'mm'"),
+    ],
+)
+def test_what_a_value_breaks_is_told_with_its_line(type, attribute, value, words, tmp_path):
+    data = two_stages()
+    next(x for x in data.components if x["type"] == type)["attributes"][attribute] = value
+    with pytest.raises(ValueError, match=words):
+        read(data, tmp_path, bearings="rolling")
+
+
 def test_what_is_written_is_read_again(tmp_path):
     """Pairs, positions, bearings, inertia, backlash and load cases; what is not written is told."""
     model = read(two_stages(), tmp_path)

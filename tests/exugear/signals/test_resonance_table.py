@@ -38,6 +38,7 @@ def test_superharmonics_are_labelled_with_their_harmonic():
     assert table["harmonic"].values.tolist() == [3, 2, 1]
     assert table["mesh_frequency"].values == pytest.approx([NATURAL / k for k in (3, 2, 1)], rel=0.01)
     assert table["response_frequency"].values == pytest.approx(NATURAL, rel=0.01)
+    assert table.attrs["resonances"].startswith("3 of ")
     heights = [EXCITATION[k] * receptance(NATURAL, NATURAL) for k in (3, 2, 1)]
     assert table["harmonic_amplitude"].values == pytest.approx(heights, rel=0.02)
     assert table["amplitude"].values[-1] == pytest.approx(heights[-1], rel=0.05)
@@ -99,3 +100,10 @@ def test_peaks_of_the_envelope_at_one_peak_of_a_harmonic_are_one_resonance():
 
 def test_close_orders_stay_together_in_a_run_that_changes_its_speed_too_fast():
     assert set(exugear.resonances(swept_by_two_stages(0.5))["harmonic"].values) == {1}
+
+
+def test_a_run_without_resonances_says_over_which_frequencies():
+    data = swept(EXCITATION)
+    table = exugear.resonances(data.isel(time=slice(0, 20000)), harmonics=1)
+    assert table.sizes["peak"] == 0
+    assert "peaks of the envelope, at 15" in table.attrs["resonances"]
