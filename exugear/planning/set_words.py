@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 import xarray as xr
 
+from exugear.gearbox.elastic_carrier import series_error
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.planetary import Planetary
@@ -42,9 +43,18 @@ def words_of_sets(gearbox: Gearbox, kinds: Mapping[str, Coordinates]) -> dict[st
             _words_of_members(members, kinds),
             *_words_of_phases(gearbox, carrier),
             *[_words_of_ring(of_set) for of_set in gearbox.sets if of_set.carrier.name == carrier],
-            "skipped: bending of the carrier",
+            _words_of_carrier(gearbox, carrier),
         ])  # fmt: skip
     return words
+
+
+def _words_of_carrier(gearbox: Gearbox, carrier: str) -> str:
+    """How a carrier yields."""
+    stiffness, planets = gearbox.elastic_carriers.get(carrier), gearbox.planets_by_carrier.get(carrier, [])
+    if stiffness is None:
+        return "skipped: bending of the carrier (no carrier_stiffness given)"
+    error = f"{100 * series_error(stiffness, planets):.2g} % of the energy of the pins"
+    return f"the carrier yields in series with each pin: skipped is how pins move one another, {error}"
 
 
 def _words_of_planets(planets: list[str], kinds: Mapping[str, Coordinates]) -> str:
