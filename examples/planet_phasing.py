@@ -2,12 +2,10 @@
 
     python examples/planet_phasing.py results
 
-The set of Shweiki et al. (ISMA 2016, no. 0785), its carrier run up to 30 rpm at 129.85 kN m. In sequence, at 0, 126 and
-252 deg, mesh harmonics nearly vanish from the torque, as the paper says; by the linear rule the first by 24.7 dB. The
-torque is of helical gears, orbits of spur gears on pins chosen here, whose torque deviates from it (docs/how_to.md).
+The set of Shweiki et al. (ISMA 2016, no. 0785), its carrier run up to 30 rpm at 129.85 kN m. In sequence mesh harmonics
+nearly vanish from the torque, as the paper says. The torque is of helical gears, orbits are of spur gears on pins.
 """
 
-from math import cos
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +24,7 @@ def members(beta: float, phases: int) -> dict:
     """Shafts and maps: helical gears spin; of spur gears the sun floats, and planets stand on elastic pins."""
     size = {"m_n": 10 * mm, "b": 220 * mm}
     sun, planet = fem.Gear(z=21, beta=beta, d_bore=90 * mm, **size), fem.Gear(z=39, beta=-beta, d_bore=160 * mm, **size)
-    ring = fem.Gear(z=-99, beta=-beta, d_a=(12 - 990 / cos(beta)) * mm, d_rim=1150 * mm, **size)
+    ring = fem.Gear(z=-99, beta=-beta, d_a=(12 - 990 / np.cos(beta)) * mm, d_rim=1150 * mm, **size)
     pairs = {"sun_mesh": fem.GearPair(sun, planet), "ring_mesh": fem.GearPair(planet, ring)}
     maps = {x: fem.static_transmission_error(p, TORQUES * p.pinion.z / 21, phases) for x, p in pairs.items()}
     soft, pin = (exugear.Bearing(radial=k, axial=1e9, tilt=1e7, damping_time=5e-5) for k in (2e7, 2e9))
@@ -53,10 +51,9 @@ def main(folder: Path, quick: bool = False) -> dict[str, np.ndarray]:
     rule, torque = sets[0].mesh_phases(4), np.median(cuts[1] / cuts[0], axis=1)
     plots.plot_phase_sums(rule, figure.axes[2]).plot(ORDERS / 99, torque, "k_", ms=20)
     figure.savefig(folder / "planet_phasing.png", dpi=100)
-    for name, sums in {"rule": rule["torque_sum"].values, "torque": torque}.items():
-        print(f"{name} {sums.round(4)} = {(20 * np.log10(sums)).round(1)} dB")
-    print(f"orbits [m] {radii}")
-    return {"rule": rule["torque_sum"].values, "torque": torque} | radii
+    sums = {"rule": rule["torque_sum"].values, "torque": torque}
+    print(*(f"{name} {x.round(4)} = {(20 * np.log10(x)).round(1)} dB" for name, x in sums.items()), radii, sep="\n")
+    return sums | radii
 
 
 if __name__ == "__main__":

@@ -42,6 +42,8 @@ MULTIPLES = {"a": (-1, 0, 1, 2), "misalignment": (-2, -1, 0, 1, 2), "axial": (-2
 LEAD = 1e-3
 #: Number of angles of a carrier at which misalignments by tilted axes are evaluated: they vary once in its turn.
 ANGLES = 8
+#: Share of a tilt below which a misalignment is rounding.
+ROUNDING = 1e-9
 #: Displacement [m, rad] up to which a map can be made: `fem.Offsets` end at 0.01 rad.
 LARGEST = 0.005
 
@@ -169,7 +171,8 @@ def _check_tilted(gearbox: Gearbox, stage: Stage, static: Mapping[str, float], t
     """Require a misalignment axis that holds those over a turn of the carrier, against which an axis is tilted."""
     low, high = _misalignments_over_turn(gearbox, stage)
     cause = f"an axis of stage {stage.name!r} is tilted by {tilt:.4g} rad against its carrier's, its misalignment turns"
-    remedy = f"map it with fem.Offsets(misalignment=({low:.4g}, {(low + high) / 2:.4g}, {high:.4g}))"
+    middle = (low + high) / 2 if abs(low + high) > ROUNDING * tilt else 0.0
+    remedy = f"map it with fem.Offsets(misalignment=({low:.4g}, {middle:.4g}, {high:.4g}))"
     needed = "misalignment" in stage.force.offsets or is_slight(stage, "misalignment", tilt)
     require(needed, f"{cause} from {low:.4g} to {high:.4g} rad; {remedy}")
     for misalignment in (low, high) if "misalignment" in stage.force.offsets else ():

@@ -322,7 +322,7 @@ def check_reducible(model: Model) -> None:
         on_bearings = [shaft.name for shaft in stage.shafts if kinds[shaft.name].on_bearings]
         of_set = stage.carrier is not None and stage.carrier.name in carriers
         axes = [x.name for x in stage.shafts if x.name not in model.gearbox.planets and x.offset != NO_DISPLACEMENT]
-        turning = f"the axes of {axes} lie beside the others, which turns in the frame of the carrier once a revolution"
+        turning = f"the axes of {axes} lie beside the others or are tilted, which turns once in a turn of the carrier"
         require(not (stage.carrier and axes), f"{turning}; leave out their offset=, or take exugear.run")
         beside = f"stage {label} stands beside a set on pins, its shafts must only spin, {on_bearings} move"
         require(not (carriers and not of_set and on_bearings), f"{beside}; leave out their bearings, or the pins")

@@ -51,7 +51,10 @@ class GearPair:
         for name in ("m_n", "alpha_n"):
             values = getattr(pinion, name), getattr(wheel, name)
             got = f"got {values[0]:g} and {values[1]:g}"
-            require(abs(values[0] - values[1]) < 1e-9, f"{name} of pinion and wheel must be equal, {got}")
+            require(
+                abs(values[0] - values[1]) < 1e-9,
+                f"{name} of pinion and wheel must be equal, {got}; give both gears the same",
+            )
         self._check_ring()
         opposite = abs(pinion.beta + wheel.sign * wheel.beta) < 1e-9
         hands = f"{pinion.beta / deg:g} and {wheel.beta / deg:g} deg"

@@ -152,7 +152,7 @@ def test_on_elastic_pins_a_tilted_carrier_is_a_sun_and_a_ring_tilted_against_it(
 def test_axes_that_cannot_be_followed_are_refused_in_words():
     shafts = members()
     leaning = replace(shafts["sun"], offset=exugear.Placement(tilt_x=1e-4))
-    unmapped = r"its misalignment turns from -0.0001 to 0.0001 rad; map it with fem.Offsets\(misalignment="
+    unmapped = r"turns from -0.0001 to 0.0001 rad; map it with fem.Offsets\(misalignment=\(-0.0001, 0, 0.0001\)\)"
     for pin in (None, PIN):
         with pytest.raises(ValueError, match=unmapped):
             exugear.plan(exugear.Gearbox([planetary(**shafts | {"sun": leaning}, pin=pin)], held="ring"))
