@@ -16,9 +16,10 @@ from fem import Density
 from fem.units import mm, um
 
 COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
-#: Thin layers below the flank govern the reference where teeth take over: half as many lower te there by 0.2 % of its
-#: mean; 24 raise it by less than 0.1 %.
+#: Thin layers below the flank govern the reference: 24 raise te by less than 0.02 % of its mean. Half as many elements
+#: along the flank lower it by up to 0.6 % where teeth take over.
 FINE = Density(flank=132, fillet=6, land=2, tooth=16, rim=8, body=14)
+HALF_AS_FINE = Density(flank=66, tooth=16)
 
 
 def plane_te(pair: fem.GearPair, torque: float, phases, density: Density = MAP_DENSITY) -> np.ndarray:
@@ -90,10 +91,16 @@ def few_teeth() -> fem.GearPair:
     ],
 )
 def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, measured):
-    """In plane strain: mean 0.2 %, any phase 0.35 % of the mean, peak to peak 0.5 % of it or 0.15 % of the mean."""
+    """In plane strain: mean 0.2 %, any phase 0.35 % of the mean, peak to peak 0.5 % of it or 0.16 % of the mean.
+
+    The reference is extrapolated over the size of its elements, whose error falls with the square at the fastest.
+    """
     phases = np.arange(12) / 12
-    options = {"density": FINE, "progress": False}
-    reference = fem.nonlinear.static_transmission_error(pair, torque, phases, **options)["te"].values
+    fine, half_as_fine = (
+        fem.nonlinear.static_transmission_error(pair, torque, phases, density=density, progress=False)["te"].values
+        for density in (FINE, HALF_AS_FINE)
+    )
+    reference = fine + (fine - half_as_fine) / 3
     for load, expected in zip(torque, reference, strict=True):
         te = plane_te(pair, load, phases)
         swings = np.ptp(te), np.ptp(expected)
@@ -101,7 +108,7 @@ def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, m
         measured.cells(f"ring in plane strain, {name}, {load:g} N m", *numbers)
         assert te.mean() == pytest.approx(expected.mean(), rel=2e-3)
         assert np.abs(te - expected).max() < 3.5e-3 * expected.mean()
-        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.5e-3 * expected.mean())
+        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.6e-3 * expected.mean())
 
 
 @pytest.mark.slow
