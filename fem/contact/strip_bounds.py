@@ -29,8 +29,9 @@ WINDOW = 1.5
 FINE, NARROW = 41, 0.35
 #: Slices without a rounding have strips that grow by less than the inverse of this over their window.
 EVEN = 1e6
-#: Strips of a slice between which the smooth compliance is interpolated by parabolas.
-NODES = 3
+#: Number of strips of a slice between which the smooth compliance is interpolated by parabolas; of equal strips the
+#: outer ones keep a tenth of all from the ends: towards the tip corner of the mate it rises like a logarithm.
+NODES, FROM_END = 3, 10
 
 
 class Strips(NamedTuple):
@@ -205,13 +206,21 @@ def _write_directions(mesh, at, profile, expected, width, tilts, approach, i):
 
 
 @unchecked
-def write_shapes(width, sides):
+def interpolated_strips(m, equal):
+    """Numbers of the NODES strips of m between which the smooth compliance is interpolated."""
+    first = m // FROM_END if equal else 0
+    return first, m // 2, m - 1 - first
+
+
+@unchecked
+def write_shapes(width, equal, sides):
     """Write the NODES quadratic shape functions at the middles of strips of widths (m,) into the last rows of sides."""
     middle, m, shapes = np.empty(width.size), width.size, sides[len(sides) - NODES :]
     before = 0.0
     for k in range(m):
         middle[k], before = before + width[k] / 2, before + width[k]
-    nodes = middle[0], middle[m // 2], middle[m - 1]
+    first, centre, last = interpolated_strips(m, equal)
+    nodes = middle[first], middle[centre], middle[last]
     for i in range(NODES):
         for k in range(m):
             shapes[i, k] = 1.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from fem.contact.contact_slices import ContactSlices
 from fem.contact.coupling import CompiledCompliance, smooth_compliance
-from fem.contact.strip_bounds import NODES, Strips, write_half_planes, write_shapes
+from fem.contact.strip_bounds import NODES, Strips, interpolated_strips, write_half_planes, write_shapes
 from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
 from fem.linalg.small_systems import (
@@ -116,10 +116,9 @@ def assemble(
     slices: ContactSlices, strips: Strips, bodies: Compliances, face: Face, misalignment: float
 ) -> StripContact:
     """Contact of all strips under a misalignment [rad]."""
-    depth, m = CAPACITY * strips.width.sum(axis=1).max(), strips.width.shape[1]
-    arcs, tilts = (
-        np.stack([values[:, :, node] for node in (0, m // 2, m - 1)], axis=2) for values in (strips.arcs, strips.tilts)
-    )
+    depth = CAPACITY * strips.width.sum(axis=1).max()
+    nodes = interpolated_strips(strips.width.shape[1], strips.equal)
+    arcs, tilts = (np.stack([values[:, :, node] for node in nodes], axis=2) for values in (strips.arcs, strips.tilts))
     numbers = slices.number, slices.low, slices.high
     smooth = slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, tilts)
     gap, flat = strips.gap + slices.gap_by(misalignment)[:, None], slices.flattening
@@ -138,7 +137,7 @@ def local_compliance(width, equal, depth, flattening, approach, gap):
     local, sides = np.empty((n, m, m)), np.empty((n, SIDES, m))
     for i in range(n):
         write_half_planes(width[i], equal, depth, flattening[i], local[i])
-        write_shapes(width[i], sides[i])
+        write_shapes(width[i], equal, sides[i])
         for k in range(m):
             sides[i, 0, k], sides[i, 1, k] = approach[i, k], gap[i, k]
     return local, sides

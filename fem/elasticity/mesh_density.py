@@ -22,6 +22,8 @@ class Density:
     width                   quadratic elements over half the face width
     teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
     rim_power               above 1: rim elements are smaller beside the root, as root stress needs
+    tip_power               above 1: flank elements are smaller towards the tip; None: 1.5, of internal gears 1.75, and
+                            2.25 of both gears in maps of internal pairs, whose tip corners carry load for longer
     edges                   roll lengths on the flank [m], increasing, with a node at each, smaller elements beside it
                             and thin layers below; None: none, except that `fem.nonlinear` and `fem.dynamic` take those
                             where reliefs begin
@@ -38,6 +40,7 @@ class Density:
     behind: int = 2
     divide: int = 1
     rim_power: float = 1.0
+    tip_power: float | None = None
     edges: tuple[float, ...] | None = None
 
     def __post_init__(self):
@@ -50,6 +53,8 @@ class Density:
             require(elements % 1 == 0 and elements >= least, whole)
             set_fields(self, **{name: int(elements)})
         require(1 <= self.rim_power <= 3, f"rim_power must lie in [1, 3], got {self.rim_power}")
+        if self.tip_power is not None:
+            require(1 <= self.tip_power <= 3, f"tip_power must lie in [1, 3], got {self.tip_power}")
 
     @checked
     def refined(self, q: int) -> "Density":

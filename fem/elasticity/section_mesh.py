@@ -23,17 +23,20 @@ BORE, RIM = "bore", "rim"
 TOWARDS_TIP, TOWARDS_TIP_INTERNAL, ON_CIRCLE = 1.5, 1.75, 1e-6
 
 
-def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
-    """(n divide + 1,) arc lengths of flank nodes from root form to tip [m], closer together near the tip."""
+def flank_arcs(gear: Gear, n: int, divide: int = 1, power: float | None = None) -> np.ndarray:
+    """(n divide + 1,) arc lengths of flank nodes from root form to tip [m], closer together near the tip.
+
+    power       `Density.tip_power`
+    """
     low, high = tooth_profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
-    power = TOWARDS_TIP_INTERNAL if gear.internal else TOWARDS_TIP
-    coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** power
+    usual = TOWARDS_TIP_INTERNAL if gear.internal else TOWARDS_TIP
+    coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** (usual if power is None else power)
     return divided(coarse, divide)
 
 
 def flank_node_arcs(gear: Gear, density: Density) -> np.ndarray:
     """(n,) arc lengths of flank nodes from root form to tip [m], with smaller steps beside the edges of the density."""
-    nodes = flank_arcs(gear, density.flank, density.divide)
+    nodes = flank_arcs(gear, density.flank, density.divide, density.tip_power)
     if not density.edges:
         return nodes
     low, high = density.edges[0], density.edges[-1]
@@ -46,7 +49,7 @@ def flank_node_arcs(gear: Gear, density: Density) -> np.ndarray:
 
 def flank_hats(gear: Gear, density: Density) -> np.ndarray:
     """(n,) arc lengths of the tops of the hats along the flank [m]: every other node of the coarse section."""
-    return flank_arcs(gear, density.flank)[::2]
+    return flank_arcs(gear, density.flank, power=density.tip_power)[::2]
 
 
 def flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:

@@ -32,6 +32,9 @@ FORCE, OVERLAP = "force", "overlap"
 OF_TOOTH_PAIRS = {LOAD_SHARE: 0.0, OVERLAP: nan}
 #: Toothed pitches modelled behind the loaded tooth; further ones change te by less than 0.1 %.
 TOOTHED_PITCHES_BEHIND = 1
+#: `Density.tip_power` of pinion and ring, which touch at their tip corners longer than external gears do: with 1.5 and
+#: 1.75 te is up to 0.5 % of its mean off while teeth take over, with 2.25 up to 0.1 %.
+TOWARDS_TIPS_IN_RING = 2.25
 #: Slices over the whole face width where neither gap nor lines of contact vary across it.
 SLICES_OF_EVEN_FACE = 6
 #: Change of the gap across the width that counts as none: rounding [m].
@@ -191,6 +194,8 @@ def elastic_gears(
     closest = GearPair(pair.pinion, pair.wheel, a=float(offsets["a"].min()))
     teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
     density = resolution.density.with_teeth(teeth, behind=TOOTHED_PITCHES_BEHIND)
+    if pair.wheel.internal and density.tip_power is None:
+        density = replace(density, tip_power=TOWARDS_TIPS_IN_RING)
     loaded = pair.b + 2 * float(np.abs(offsets["axial"]).max())
     return [(gear, density, min(gear.b, loaded)) for gear in (pair.pinion, pair.wheel)]
 

@@ -9,7 +9,7 @@ from fem.contact.contact_slices import ContactSlices
 from fem.contact.strip_contact import StripContact, assemble
 from fem.contact.tooth_contact import ToothContact
 from fem.pair.mesh_position import MeshPosition
-from fem.ste.map_solver import ContactModel, compliances_of
+from fem.ste.map_solver import ContactModel, compliances_of, elastic_gears
 from fem.units import mm
 
 
@@ -46,6 +46,12 @@ def resolved_contacts(
     """Contacts of a pair at some phases as maps resolve it, in their number of slices unless it is given."""
     bodies, chosen = compliances_of(pair, fem.Offsets(**offsets).values(pair), resolution)
     return [contact_of(pair, bodies, phase, chosen if slices is None else slices) for phase in phases]
+
+
+def densities_of(pair: fem.GearPair, density: fem.Density) -> list[fem.Density]:
+    """Densities of pinion and wheel in maps of a pair on a density."""
+    bodies = elastic_gears(pair, fem.Offsets().values(pair), fem.Resolution(density=density))
+    return [density for _, density, _ in bodies]
 
 
 def model_of(pair, resolution) -> ContactModel:

@@ -214,7 +214,7 @@ def test_keys_of_the_cache_hold_all_that_a_solution_depends_on():
     gear = f"Gear({sizes}{tooth}cutter=None, material=Material(E=210000000000.0, nu=0.3, density=7850.0), flank=(), "
     gear += "support=())"
     section = "flank=16, fillet=3, land=1, tooth=4, rim=4, body=7"
-    rest = "teeth=2, behind=1, divide=1, rim_power=1.0, edges=None)"
+    rest = "teeth=2, behind=1, divide=1, rim_power=1.0, tip_power=None, edges=None)"
     assert solutions(paper_gear(flank=(LeadCrowning(5 * um),)), Density(width=4, behind=1), 0.023) == {
         "near field": f"near field {stamp} {gear} Density({section}, width=1, {rest}",
         "even": f"solid {stamp} {gear} Density({section}, width=4, {rest} 0.023 even",

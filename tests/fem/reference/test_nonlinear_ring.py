@@ -1,11 +1,10 @@
 """`fem.nonlinear` of pinions in rings: gaps at rest, balance, and the confirmation of compliance and contact."""
 
 from dataclasses import replace
-from math import floor
 
 import numpy as np
 import pytest
-from contacts import contact_of
+from contacts import contact_of, densities_of
 from mating_gears import gaps_of, unbalanced_force
 from raw_twin import balanced, problem_of
 from ring_gears import bolted, helical_ring_pair, planet, ring, ring_pair, thin_ring_pair, wind_turbine_stage
@@ -17,12 +16,16 @@ from fem import Density
 from fem.units import mm, um
 
 COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
+#: Thin layers below the flank govern the reference: 24 raise te by less than 0.02 % of its mean. Half as many elements
+#: along the flank lower it by up to 0.6 % where teeth take over.
+FINE = Density(flank=132, fillet=6, land=2, tooth=16, rim=8, body=14)
+HALF_AS_FINE = Density(flank=66, tooth=16)
 
 
 def plane_te(pair: fem.GearPair, torque: float, phases, density: Density = MAP_DENSITY) -> np.ndarray:
     """(n_phase,) te [m] by compliance and contact in plane strain, on the mesh of a map."""
-    toothed = density.with_teeth(floor(pair.eps_alpha) + 1, behind=1)
-    twins = tuple(plane_twin(gear, toothed, 2) for gear in (pair.pinion, pair.wheel))
+    gears = zip((pair.pinion, pair.wheel), densities_of(pair, density), strict=True)
+    twins = tuple(plane_twin(gear, of_gear, 2) for gear, of_gear in gears)
     nearest = [phase - round(phase) for phase in phases]
     return np.array([contact_of(pair, twins, phase, 1).state(torque / pair.pinion.r_b).te for phase in nearest])
 
@@ -88,18 +91,24 @@ def few_teeth() -> fem.GearPair:
     ],
 )
 def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, measured):
-    """In plane strain: mean 0.2 %, any phase 0.36 % of the mean, peak to peak 0.5 % of it or 0.17 % of the mean."""
+    """In plane strain: mean 0.2 %, any phase 0.35 % of the mean, peak to peak 0.5 % of it or 0.16 % of the mean.
+
+    The reference is extrapolated over the size of its elements, whose error falls with the square at the fastest.
+    """
     phases = np.arange(12) / 12
-    options = {"density": Density(flank=66).refined(2), "progress": False}
-    reference = fem.nonlinear.static_transmission_error(pair, torque, phases, **options)["te"].values
+    fine, half_as_fine = (
+        fem.nonlinear.static_transmission_error(pair, torque, phases, density=density, progress=False)["te"].values
+        for density in (FINE, HALF_AS_FINE)
+    )
+    reference = fine + (fine - half_as_fine) / 3
     for load, expected in zip(torque, reference, strict=True):
         te = plane_te(pair, load, phases)
         swings = np.ptp(te), np.ptp(expected)
         numbers = [f"{curve.mean() / um:.3f} / {np.ptp(curve) / um:.3f}" for curve in (te, expected)]
         measured.cells(f"ring in plane strain, {name}, {load:g} N m", *numbers)
         assert te.mean() == pytest.approx(expected.mean(), rel=2e-3)
-        assert np.abs(te - expected).max() < 3.6e-3 * expected.mean()
-        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.7e-3 * expected.mean())
+        assert np.abs(te - expected).max() < 3.5e-3 * expected.mean()
+        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.6e-3 * expected.mean())
 
 
 @pytest.mark.slow
