@@ -67,7 +67,7 @@ def add_bearings(
     load = shaft.constant_load[coordinates.components]
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], forceVector=load, **matrices)]
     for axial, bearing in standing.items():
-        if isinstance(bearing, RollingBearing):
+        if isinstance(bearing, RollingBearing) and not bearing.linear:
             items.append(add_rolling_bearing(mbs, node, bearing, axial - shaft.centre))
         elif not bearing.linear:
             force, jacobian, law = bearing_functions(bearing, axial - shaft.centre)
