@@ -50,10 +50,10 @@ def linear_part(bearing: Bearing | RollingBearing, lever: float) -> np.ndarray:
 
     0 for a rolling bearing that does not count as linear.
     """
-    if isinstance(bearing, RollingBearing) and not bearing.linear:
-        return np.zeros((6, 6))
     if bearing.linear:
         return bearing.at(lever)
+    if isinstance(bearing, RollingBearing):
+        return np.zeros((6, 6))
     return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
 
 
@@ -69,7 +69,7 @@ def tangent_stiffness(bearing: Bearing | RollingBearing, lever: float, q: np.nda
     if isinstance(bearing, RollingBearing) and not bearing.linear:
         return np.pad(response(bearing.law_of_runs, lever, q[None]).hessian[0], (0, 1))
     stiffness = linear_part(bearing, lever)
-    if not bearing.linear:
+    if isinstance(bearing, Bearing) and not bearing.linear:
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         stiffness = stiffness + radial_part(np.array([[xx, xy], [xy, yy]]), lever)
     return stiffness
@@ -81,7 +81,7 @@ def potential(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) ->
         energies, gradients, hessians = response(bearing.law, lever, q[None])
         return float(energies[0]), gradients[0], hessians[0]
     gradient = linear_part(bearing, lever)[:5, :5] @ q
-    if not bearing.linear:
+    if isinstance(bearing, Bearing) and not bearing.linear:
         _, (x, y), _ = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         gradient = gradient + np.array([x, y, 0.0, -lever * y, lever * x])
     return float(strain_energy(bearing, lever, q[None])[0]), gradient, tangent_stiffness(bearing, lever, q)[:5, :5]
@@ -95,7 +95,7 @@ def strain_energy(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray
     if isinstance(bearing, RollingBearing) and not bearing.linear:
         return np.concatenate([response(bearing.law_of_runs, lever, part).energy for part in _blocks(q)])
     energy = 0.5 * np.einsum("ni,ij,nj->n", q, linear_part(bearing, lever)[:5, :5], q)
-    if bearing.linear:
+    if isinstance(bearing, RollingBearing) or bearing.linear:
         return energy
     return energy + radial_potential(radial_points(bearing), *_radial_motion(lever, q))[0]
 
@@ -112,7 +112,7 @@ def dissipated_power(bearing: Bearing | RollingBearing, lever: float, q: np.ndar
         ]
         return bearing.damping_time * np.concatenate(powers)
     power = np.einsum("ni,ij,nj->n", q_t, linear_part(bearing, lever)[:5, :5], q_t)
-    if not bearing.linear:
+    if isinstance(bearing, Bearing) and not bearing.linear:
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         u, v = _radial_motion(lever, q_t)
         power = power + xx * u * u + 2 * xy * u * v + yy * v * v

@@ -397,7 +397,7 @@ class RollingBearing:
         that counts as linear the tangent stiffness of the centred position.
         """
         if self.linear:
-            return np.pad(self.displaced(np.zeros(COORDINATES)).stiffness, (0, 1))
+            return np.pad(self.displaced([0.0] * COORDINATES).stiffness, (0, 1))
         k = np.zeros((6, 6))
         approach = min(row.static_approach for row in self.rows)
         clearance = max(_radial_play(row) for row in self.rows)

@@ -70,7 +70,8 @@ def with_linear_bearings(gearbox: Gearbox, names: Collection[str]) -> Gearbox:
     shafts = {shaft.name: _linear(shaft) if shaft.name in names else shaft for shaft in gearbox.shafts}
     stages = [
         Stage(
-            *(shafts[shaft.name] for shaft in (stage.fast, stage.slow)),
+            shafts[stage.fast.name],
+            shafts[stage.slow.name],
             stage.force,
             pair=stage.pair,
             friction=stage.friction,
@@ -80,7 +81,7 @@ def with_linear_bearings(gearbox: Gearbox, names: Collection[str]) -> Gearbox:
         )
         for stage in gearbox.stages
     ]
-    return Gearbox(stages, driving=gearbox.driving.name, driven=gearbox.driven.name)
+    return Gearbox(tuple(stages), driving=shafts[gearbox.driving.name], driven=shafts[gearbox.driven.name])
 
 
 def _linear(shaft: Shaft) -> Shaft:
