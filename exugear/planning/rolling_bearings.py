@@ -46,10 +46,10 @@ def linear_in_runs(gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: M
 
     None of gearboxes with planets, a housing that yields or bearings between shafts.
     """
-    if not _simple(gearbox):
+    by_name = {x.name: x for x in gearbox.shafts if _rolling(x) and shafts[x.name].on_bearings}
+    if not (by_name and _simple(gearbox)):
         return ()
     push = push_on_shafts(gearbox, loads)
-    by_name = {x.name: x for x in gearbox.shafts if _rolling(x) and shafts[x.name].on_bearings}
     standing = {name: x for name, x in by_name.items() if not any(b.cage_rolls for b in _rolling(x).values())}
     differences = {name: _range(shaft, push[name]).difference for name, shaft in standing.items()}
     return tuple(name for name, difference in differences.items() if difference is not None and difference <= LINEAR)
