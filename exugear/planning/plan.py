@@ -87,7 +87,7 @@ class Plan:
     steps: Mapping[str, float] = field(default_factory=dict)
     housing: str = ""
     elastic_housing: ElasticHousing | None = None
-    linear: tuple[str, ...] = ()
+    linear: Sequence[str] = ()
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""

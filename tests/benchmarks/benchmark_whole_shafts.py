@@ -263,7 +263,7 @@ def reference(model: exugear.Model, duration: float, sample: float) -> np.ndarra
 
 
 def levels(time: np.ndarray, dte: np.ndarray, forces: np.ndarray) -> np.ndarray:
-    """(1 + n_bearing, n_window) standard deviations in windows of time (n,), of DTE (n,) and forces (n, n_bearing, 3)."""
+    """(1 + n_bearing, n_window) standard deviations in windows of time (n,): DTE (n,), forces (n, n_bearing, 3)."""
     columns = np.column_stack([dte, forces.reshape(len(forces), -1)])
     bounds = np.searchsorted(time, np.arange(SETTLED, time[-1] + ROUNDING, WINDOW) - ROUNDING)
     variances = np.array([columns[first:last].var(axis=0) for first, last in pairwise(bounds)])
