@@ -73,6 +73,7 @@ TAKEN = {
         ),
         "string",
     ),
+    **dict.fromkeys(("Plan.linear", "BuiltPlan.linear"), "strings"),
     **dict.fromkeys(("save.data", "Run.data", "FlankCorrections.table", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
         (

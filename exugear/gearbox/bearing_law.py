@@ -48,12 +48,12 @@ def radial_secant(bearing: Bearing, force: float) -> float:
 def linear_part(bearing: Bearing | RollingBearing, lever: float) -> np.ndarray:
     """(6, 6) stiffness about a pole at a distance lever [m], without the radial part of a nonlinear bearing.
 
-    0 for a rolling bearing.
+    0 for a rolling bearing that does not count as linear.
     """
-    if isinstance(bearing, RollingBearing):
-        return np.zeros((6, 6))
     if bearing.linear:
         return bearing.at(lever)
+    if isinstance(bearing, RollingBearing):
+        return np.zeros((6, 6))
     return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
 
 
@@ -66,10 +66,10 @@ def radial_part(k: float | np.ndarray, lever: float) -> np.ndarray:
 
 def tangent_stiffness(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> np.ndarray:
     """(6, 6) Hessian of the potential about a pole, a distance lever [m] below, at its displacement q (6,)."""
-    if isinstance(bearing, RollingBearing):
+    if isinstance(bearing, RollingBearing) and not bearing.linear:
         return np.pad(response(bearing.law_of_runs, lever, q[None]).hessian[0], (0, 1))
     stiffness = linear_part(bearing, lever)
-    if not bearing.linear:
+    if isinstance(bearing, Bearing) and not bearing.linear:
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         stiffness = stiffness + radial_part(np.array([[xx, xy], [xy, yy]]), lever)
     return stiffness
@@ -77,11 +77,11 @@ def tangent_stiffness(bearing: Bearing | RollingBearing, lever: float, q: np.nda
 
 def potential(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Energy [J], gradient (5,) and Hessian (5, 5) of a bearing at the displacement q (5,) [m, rad] of a pole."""
-    if isinstance(bearing, RollingBearing):
+    if isinstance(bearing, RollingBearing) and not bearing.linear:
         energies, gradients, hessians = response(bearing.law, lever, q[None])
         return float(energies[0]), gradients[0], hessians[0]
     gradient = linear_part(bearing, lever)[:5, :5] @ q
-    if not bearing.linear:
+    if isinstance(bearing, Bearing) and not bearing.linear:
         _, (x, y), _ = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         gradient = gradient + np.array([x, y, 0.0, -lever * y, lever * x])
     return float(strain_energy(bearing, lever, q[None])[0]), gradient, tangent_stiffness(bearing, lever, q)[:5, :5]
@@ -92,17 +92,17 @@ def strain_energy(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray
 
     Of rolling bearings q may be (n, 6) with the spin of the shaft, with which cages roll; likewise below.
     """
-    if isinstance(bearing, RollingBearing):
+    if isinstance(bearing, RollingBearing) and not bearing.linear:
         return np.concatenate([response(bearing.law_of_runs, lever, part).energy for part in _blocks(q)])
     energy = 0.5 * np.einsum("ni,ij,nj->n", q, linear_part(bearing, lever)[:5, :5], q)
-    if bearing.linear:
+    if isinstance(bearing, RollingBearing) or bearing.linear:
         return energy
     return energy + radial_potential(radial_points(bearing), *_radial_motion(lever, q))[0]
 
 
 def dissipated_power(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
     """(n,) power [W] that the damping of a bearing dissipates, at displacements q (n, 5) and rates q_t of a pole."""
-    if isinstance(bearing, RollingBearing):
+    if isinstance(bearing, RollingBearing) and not bearing.linear:
         if not bearing.damping_time:
             return np.zeros(len(q))
         parts = zip(_blocks(q), _blocks(q_t), strict=True)
@@ -112,7 +112,7 @@ def dissipated_power(bearing: Bearing | RollingBearing, lever: float, q: np.ndar
         ]
         return bearing.damping_time * np.concatenate(powers)
     power = np.einsum("ni,ij,nj->n", q_t, linear_part(bearing, lever)[:5, :5], q_t)
-    if not bearing.linear:
+    if isinstance(bearing, Bearing) and not bearing.linear:
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         u, v = _radial_motion(lever, q_t)
         power = power + xx * u * u + 2 * xy * u * v + yy * v * v

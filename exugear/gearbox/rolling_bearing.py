@@ -43,6 +43,8 @@ class RollingBearing:
     drag           `Drag`, `BearingDrag` or `SkfDrag`: the torque by which it brakes the shaft
     guidance       stiffness of ribs or thrust washers along the axis, beside that of the rows [N/m]
     estimate       how the geometry was estimated, with its error (`from_catalogue`); empty where it is given
+    linear         whether runs take the constant stiffness of the shaft's centred position: `plan` chooses that where
+                   the load keeps to it; life and pressures follow from the geometry in any case
 
     Force and moment are the slopes of one energy U of displacement and tilts (x, y, z, about x, about y), Hertzian
     contacts of balls, laminae of rollers with their profile: the stiffness is symmetric. Rings are rigid, centrifugal
@@ -61,6 +63,7 @@ class RollingBearing:
     drag: AnyDrag | None = field(default=None, kw_only=True)
     guidance: float = field(default=0.0, kw_only=True)
     estimate: str = field(default="", kw_only=True)
+    linear: bool = field(default=False, kw_only=True)
 
     def __post_init__(self):
         require(len(self.rows) > 0, "rows must hold at least one row of balls or rollers, got none")
@@ -353,11 +356,6 @@ class RollingBearing:
         return replace(self, kind=f"{self.kind}, {arrangement}", rows=tuple(rows))
 
     @property
-    def linear(self) -> bool:
-        """Whether the force is proportional to the displacement: it is not."""
-        return False
-
-    @property
     def reach(self) -> float:
         """Largest radial displacement [m] for which the force is known."""
         return inf
@@ -382,8 +380,11 @@ class RollingBearing:
         """(6, 6) stiffness over x, y, z and about x, y, z at the static capacity: larger than in operation.
 
         Its parts are those at the radial and at the axial displacement at which the most heavily pressed contact
-        reaches the pressure of the static capacity (ISO 76). Without coupling of radial motion and tilt.
+        reaches the pressure of the static capacity (ISO 76). Without coupling of radial motion and tilt. Of a bearing
+        that counts as linear the tangent stiffness of the centred position.
         """
+        if self.linear:
+            return np.pad(self.displaced([0.0] * COORDINATES).stiffness, (0, 1))
         k = np.zeros((6, 6))
         approach = min(row.static_approach for row in self.rows)
         clearance = max(_radial_play(row) for row in self.rows)

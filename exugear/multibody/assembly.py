@@ -51,6 +51,7 @@ from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.plan import Plan
 from exugear.planning.plan import plan as plan_of
+from exugear.planning.rolling_bearings import with_linear_bearings
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -73,7 +74,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
 
     Raises ValueError where gearbox is no `Gearbox`, and for the plan of another gearbox.
     """
-    scene = _scene(gearbox, plan)
+    scene, gearbox = _scene(gearbox, plan)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
@@ -131,11 +132,14 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     return linearized(system, gearbox.independent)
 
 
-def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
-    """The plan by which to build; ValueError for the plan of another gearbox."""
+def _scene(gearbox: Gearbox, plan: Plan | None) -> tuple[Plan, Gearbox]:
+    """The plan by which to build, and the gearbox with its bearings; ValueError for the plan of another gearbox."""
     if plan is None:
-        return plan_of(gearbox)
-    scene, suitable = plan.scene if isinstance(plan, BuiltPlan) else plan, plan_of(gearbox)
+        scene = plan_of(gearbox)
+        return scene, with_linear_bearings(gearbox, scene.linear)
+    scene = plan.scene if isinstance(plan, BuiltPlan) else plan
+    gearbox = with_linear_bearings(gearbox, scene.linear)
+    suitable = plan_of(gearbox, linear_bearings=scene.linear)
     names = [shaft.name for shaft in gearbox.shafts]
     unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
     require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
@@ -150,7 +154,7 @@ def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
         planet, carrier = scene.shafts[name], scene.shafts[gearbox.planets[name].name]
         unlike = f"plan lets planet {name!r} and its carrier move by {planet.value} and {carrier.value}"
         require(carrier in (planet, Coordinates.SPIN), f"{unlike}; pass exugear.plan(gearbox)")
-    return scene
+    return scene, gearbox
 
 
 def _check_suits(scene: Plan, suitable: Plan, housing: Housing | None) -> None:

@@ -68,9 +68,9 @@ def add_bearings(
     load = shaft.constant_load[coordinates.components]
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], forceVector=load, **matrices)]
     for axial, bearing in standing.items():
-        if isinstance(bearing, RollingBearing):
+        if isinstance(bearing, RollingBearing) and not bearing.linear:
             items.append(add_rolling_bearing(mbs, node, bearing, axial - shaft.centre))
-        elif not bearing.linear:
+        elif isinstance(bearing, Bearing) and not bearing.linear:
             force, jacobian, law = bearing_functions(bearing, axial - shaft.centre)
             force = direct(errors_kept(mbs, force), bearing_kernel, (law,), 6)
             item = eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)

@@ -295,7 +295,7 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
         decay=train.decay(imposed),
         largest_torques=dict(zip(box.labels, largest, strict=True)),
         supports=len(supports),
-        rolling=sum(isinstance(bearing, RollingBearing) for bearing in supports),
+        rolling=sum(isinstance(bearing, RollingBearing) and not bearing.linear for bearing in supports),
     )
     per_torque = force_per_torque(box, held)
     meshes = tuple(_mesh(system, train, i, imposed, per_torque) for i in range(len(system.contacts)))

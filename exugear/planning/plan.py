@@ -1,6 +1,6 @@
 """The plan of a gearbox: coordinates of its shafts and axes of its maps, with the reason for each."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -18,7 +18,7 @@ from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.housing_choice import chosen_housing
 from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
-from exugear.planning.rolling_bearings import words_on_rolling_bearings
+from exugear.planning.rolling_bearings import linear_in_runs, with_linear_bearings, words_on_rolling_bearings
 from exugear.planning.sampling import listed_phases
 from exugear.planning.set_words import stages_of_sets, words_of_sets
 from exugear.planning.shaft_flexibility import flexibility
@@ -66,6 +66,7 @@ class Plan:
     steps       step of a run [s] in which the bearing forces of elastic shafts are accurate, by their names
     housing     what of a housing the run takes, and what it leaves out; empty without a housing
     elastic_housing  the housing with the coordinates that it has in a run; None where its static stiffness suffices
+    linear      names of the shafts whose rolling bearings are linear in runs
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -86,6 +87,7 @@ class Plan:
     steps: Mapping[str, float] = field(default_factory=dict)
     housing: str = ""
     elastic_housing: ElasticHousing | None = None
+    linear: Sequence[str] = ()
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -156,6 +158,7 @@ def plan(
     load: float | None = None,
     loads: Mapping[str, float] | None = None,
     housing_modes: int | None = None,
+    linear_bearings: Sequence[str] | None = None,
 ) -> Plan:
     """Choose coordinates for the shafts of a gearbox and axes for its maps, no more than the scene needs.
 
@@ -169,18 +172,31 @@ def plan(
     loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]
     housing_modes  number of modes in which the housing vibrates, for its surface velocity more than the gears feel, or
             fewer; by default as many as change the forces of its seats by 1 %, none where static stiffness suffices
+    linear_bearings  names of the shafts whose rolling bearings have in runs the constant stiffness of the centred
+            position, [] for none; by default those that twice the load displaces by that stiffness within 1 %
 
     Returns a `Plan`: print it, pass it to `exugear.build`. Integrator, step and cost are known once the model is built.
     Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
     """
     with one_thread():
-        return _plan(gearbox, load, loads, housing_modes)
+        return _plan(gearbox, load, loads, housing_modes, linear_bearings)
 
 
-def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None, housing_modes: int | None) -> Plan:
+def _plan(
+    gearbox: Gearbox,
+    load: float | None,
+    loads: Mapping[str, float] | None,
+    housing_modes: int | None,
+    linear_bearings: Sequence[str] | None,
+) -> Plan:
     """`plan`; its many small eigenproblems take up to 40 times longer on several threads of a machine at work."""
     for name, stiffness in gearbox.elastic_carriers.items():
         check_series(stiffness, gearbox.ends[name], gearbox.planets_by_carrier[name])
+    chosen = load is not None or loads is not None
+    torques = given_loads(gearbox, load, loads) if chosen else largest_load(gearbox)
+    kinds = {shaft.name: _coordinates(gearbox, shaft)[0] for shaft in gearbox.shafts}
+    linear = linear_in_runs(gearbox, kinds, torques) if linear_bearings is None else tuple(linear_bearings)
+    nonlinear, gearbox = gearbox, with_linear_bearings(gearbox, linear)
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
@@ -192,8 +208,6 @@ def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | Non
     shafts |= {name: Coordinates.BEARINGS for name, shaft in elastic.items() if shaft.spatial}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
-    chosen = load is not None or loads is not None
-    torques = given_loads(gearbox, load, loads) if chosen else largest_load(gearbox)
     advice = missing_axes(gearbox, shafts, torques, elastic)
     idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
     open_teeth = [under if label in idle else "" for label in gearbox.labels]
@@ -205,10 +219,10 @@ def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | Non
     mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
     mirrored = {label: reason for label, reason in mirrored.items() if reason}
     of_sets = words_of_sets(gearbox, shafts), stages_of_sets(gearbox)
-    rolling = words_on_rolling_bearings(gearbox, shafts, torques)
+    rolling = words_on_rolling_bearings(nonlinear, shafts, torques, linear)
     beside = _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored, rolling
     housing, words = chosen_housing(gearbox, shafts, housing_modes)
-    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible, steps, words, housing)
+    return Plan(shafts, why, laws, axes, *beside, *of_sets, elastic, flexible, steps, words, housing, linear)
 
 
 def _undamped(gearbox: Gearbox) -> bool:

@@ -1,34 +1,119 @@
-"""What the plan says of rolling bearings: whether a load leaves their linear range, and what of them is estimated."""
+"""Rolling bearings in the plan: which shafts have linear ones in runs, and what of them is estimated.
 
-from collections.abc import Mapping
+Those of a shaft are linear where the load displaces it as by their stiffness at rest, within `LINEAR`, up to `DYNAMIC`
+times the load, and where they push nothing at rest. Bearings whose cages roll are never taken as linear.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from exugear.gearbox.bearing_law import tangent_stiffness
+from exugear.gearbox.bearing_law import potential, tangent_stiffness
 from exugear.gearbox.constant_loads import words_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.stage import Stage
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import push_on_shafts, static_displacement_or_inf
+from fem.support.validation import require
 from fem.units import mm
 
 #: Difference of displacements, over the largest, up to which bearings count as linear.
 LINEAR = 0.01
 #: Least eigenvalue of a stiffness, over the largest, of bearings that hold a shaft at rest.
 HOLDS = 1e-6
-KEEP = "so that bearing.displaced([0] * 5).linear would do in runs"
+#: Multiple of the load up to which bearings must be linear: teeth that part meet again with up to twice the load.
+DYNAMIC = 2.0
+LINEAR_IN_RUNS = "they are linear in runs (nonlinear: plan(..., linear_bearings=[]))"
+
+
+class Range(NamedTuple):
+    """The load beside the linear range of the rolling bearings of a shaft.
+
+    difference   of displacements up to `DYNAMIC` times the load, over the largest; None without a linear range
+    words        the same in words
+    """
+
+    difference: float | None
+    words: str
+
+
+def linear_in_runs(gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the shafts whose rolling bearings loads [N m] keep in their linear range.
+
+    None of gearboxes with planets, a housing that yields or bearings between shafts.
+    """
+    by_name = {x.name: x for x in gearbox.shafts if _rolling(x) and shafts[x.name].on_bearings}
+    if not (by_name and _simple(gearbox)):
+        return ()
+    push = push_on_shafts(gearbox, loads)
+    standing = {name: x for name, x in by_name.items() if not any(b.cage_rolls for b in _rolling(x).values())}
+    differences = {name: _range(shaft, push[name]).difference for name, shaft in standing.items()}
+    return tuple(name for name, difference in differences.items() if difference is not None and difference <= LINEAR)
+
+
+def with_linear_bearings(gearbox: Gearbox, names: Collection[str]) -> Gearbox:
+    """The gearbox in which the rolling bearings of these shafts are linear.
+
+    Raises ValueError for shafts without rolling bearings and for gearboxes in which that is not built.
+    """
+    missing = [name for name in names if not any(x.name == name and _rolling(x) for x in gearbox.shafts)]
+    have = [shaft.name for shaft in gearbox.shafts if _rolling(shaft)]
+    require(not missing, f"linear_bearings must name shafts on rolling bearings, got {missing}; there are {have}")
+    if not names:
+        return gearbox
+    built = "linear_bearings must be empty for gearboxes with planets, a housing or bearings between shafts"
+    require(_simple(gearbox), f"{built}, got {list(names)}")
+    shafts = {shaft.name: _linear(shaft) if shaft.name in names else shaft for shaft in gearbox.shafts}
+    stages = [
+        Stage(
+            shafts[stage.fast.name],
+            shafts[stage.slow.name],
+            stage.force,
+            pair=stage.pair,
+            friction=stage.friction,
+            angle=stage.angle,
+            phase=stage.phase,
+            axial_position=stage.axial_position,
+        )
+        for stage in gearbox.stages
+    ]
+    return Gearbox(tuple(stages), driving=shafts[gearbox.driving.name], driven=shafts[gearbox.driven.name])
+
+
+def _linear(shaft: Shaft) -> Shaft:
+    """The shaft with linear rolling bearings."""
+
+    def of_part(part):
+        if isinstance(part, list | tuple):
+            return [of_part(x) for x in part]
+        return replace(part, linear=True) if isinstance(part, RollingBearing) else part
+
+    return replace(shaft, parts={axial: of_part(part) for axial, part in shaft.parts.items()})
+
+
+def _simple(gearbox: Gearbox) -> bool:
+    """Whether shafts on bearings of their own, in a rigid housing, are all that the gearbox has."""
+    planetary = gearbox.sets or gearbox.held or gearbox.speeds or any(stage.carrier for stage in gearbox.stages)
+    return not (planetary or gearbox.between or gearbox.housing)
 
 
 def words_on_rolling_bearings(
-    gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
+    gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float], linear: Collection[str] = ()
 ) -> dict[str, str]:
-    """What to say of the rolling bearings of each shaft that has some, under loads [N m] by their names."""
+    """What to say of the rolling bearings of each shaft that has some, under loads [N m] by their names.
+
+    linear   names of the shafts whose bearings are linear in runs
+    """
     on_rolling_bearings = [shaft for shaft in gearbox.shafts if _rolling(shaft) and shafts[shaft.name].on_bearings]
     push = push_on_shafts(gearbox, loads) if on_rolling_bearings else {}
     return {
         shaft.name: "; ".join([
-            f"rolling bearings, under {words_of(gearbox, loads)} {_range(shaft, push[shaft.name])}",
+            f"rolling bearings, under {words_of(gearbox, loads)} {_range(shaft, push[shaft.name]).words}",
+            *([LINEAR_IN_RUNS] * (shaft.name in linear)),
             *_estimates(shaft),
         ])
         for shaft in on_rolling_bearings
@@ -45,8 +130,8 @@ def _estimates(shaft: Shaft) -> list[str]:
     return [f"{x.kind} at {axial / mm:g} mm, {x.estimate}" for axial, x in rolling if x.estimate]
 
 
-def _range(shaft: Shaft, push: np.ndarray) -> str:
-    """Whether a push (6,) [N, N m] on the centre of mass leaves the linear range of the bearings, in words."""
+def _range(shaft: Shaft, push: np.ndarray) -> Range:
+    """How far a push (6,) [N, N m] on the centre of mass leaves the linear range of the bearings."""
     at_rest = [
         tangent_stiffness(bearing, axial - shaft.centre, np.zeros(6)) for axial, bearing in shaft.bearings.items()
     ]
@@ -54,13 +139,25 @@ def _range(shaft: Shaft, push: np.ndarray) -> str:
     stiffness = np.sum(at_rest, axis=0)[:5, :5] * np.outer(arm, arm)
     eigenvalues = np.linalg.eigvalsh(stiffness)
     if not eigenvalues[0] > HOLDS * eigenvalues[-1]:
-        return "not linear: the bearings do not hold the shaft at rest"
-    linear = np.linalg.solve(stiffness, arm * push[:5])
-    displacement = static_displacement_or_inf(shaft, push, range(5))[:5] / arm
-    size = np.abs(displacement).max()
-    if not np.isfinite(size):
-        return "they do not carry the load"
-    difference = np.abs(linear - displacement).max() / size if size else 0.0
+        return Range(None, "not linear: the bearings do not hold the shaft at rest")
+    if _preload(shaft) > LINEAR * np.linalg.norm(push[:3]):
+        return Range(None, "not linear: the bearings press against each other at rest")
+    if not np.isfinite(static_displacement_or_inf(shaft, push, range(5))).all():
+        return Range(None, "they do not carry the load")
+    differences = []
+    for share in (1.0, DYNAMIC):
+        linear = np.linalg.solve(stiffness, arm * share * push[:5])
+        displacement = static_displacement_or_inf(shaft, share * push, range(5))[:5] / arm
+        size = np.abs(displacement).max()
+        differences.append(float(np.abs(linear - displacement).max() / size) if size else 0.0)
+    difference = max(differences) if np.isfinite(differences).all() else np.inf
     if difference <= LINEAR:
-        return f"linear to {difference:.1%} of the displacement, {KEEP}"
-    return f"not linear: the displacement is {difference:.0%} off that by the stiffness at rest"
+        return Range(difference, f"linear to {difference:.1%} of the displacement up to {DYNAMIC:g} times that")
+    words = f"not linear: the displacement is {differences[0]:.0%} off that by the stiffness at rest"
+    return Range(difference, words if differences[0] > LINEAR else f"{words}, under {DYNAMIC:g} times that more")
+
+
+def _preload(shaft: Shaft) -> float:
+    """The largest force [N] with which a bearing of a shaft pushes it while it rests."""
+    at_rest = (potential(replace(x, linear=False), 0.0, np.zeros(5))[1] for x in _rolling(shaft).values())
+    return max(float(np.linalg.norm(gradient[:3])) for gradient in at_rest)

@@ -10,6 +10,7 @@ the lowest 24 shapes of each plane gyroscopic moments act. Two pairs: 120 x 50 m
 
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,7 +28,9 @@ from fem.support.numba_cache import compiled
 from fem.units import mm, rpm
 
 BOXES = {"120 x 50": {}, "300 x 40": {"gears": (130 * mm,), "length": 300 * mm, "d": 40 * mm}}
-SPEED, LOAD, STEP, WINDOW, SETTLED = (100 * rpm, 3500 * rpm), 150.0, 4e-6, 0.1, 0.3
+SPEED, LOAD, STEP, WINDOW, SETTLED = (100 * rpm, 3500 * rpm), 150.0, 4e-6, 0.25, 0.3
+#: Rounding of times [s].
+ROUNDING = 1e-9
 #: Shapes of a plane between which gyroscopic moments act.
 GYROSCOPIC = 24
 #: Time in which the load of the reference rises [s].
@@ -259,13 +262,12 @@ def reference(model: exugear.Model, duration: float, sample: float) -> np.ndarra
     return samples
 
 
-def levels(dte: np.ndarray, forces: np.ndarray, interval: float) -> np.ndarray:
-    """(1 + n_bearing, n_window) standard deviations in windows: DTE (n,), bearing forces (n, n_bearing, 3)."""
-    size, first = round(WINDOW / interval), round(SETTLED / interval)
-    columns = np.column_stack([dte, forces.reshape(len(forces), -1)])[first:]
-    number = len(columns) // size
-    variances = columns[: number * size].reshape(number, size, -1).var(axis=1)
-    of_bearings = variances[:, 1:].reshape(number, -1, 3).sum(axis=2)
+def levels(time: np.ndarray, dte: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """(1 + n_bearing, n_window) standard deviations in windows of time (n,): DTE (n,), forces (n, n_bearing, 3)."""
+    columns = np.column_stack([dte, forces.reshape(len(forces), -1)])
+    bounds = np.searchsorted(time, np.arange(SETTLED, time[-1] + ROUNDING, WINDOW) - ROUNDING)
+    variances = np.array([columns[first:last].var(axis=0) for first, last in pairwise(bounds)])
+    of_bearings = variances[:, 1:].reshape(len(variances), -1, 3).sum(axis=2)
     return np.sqrt(np.column_stack([variances[:, 0], of_bearings])).T
 
 
@@ -276,7 +278,8 @@ def compared(name: str, duration: float) -> None:
     begin = time.process_time()
     samples = reference(models["plan"], duration, sample)
     print(name, f"reference {time.process_time() - begin:.1f} s", flush=True)
-    exact = levels(samples[:, 0], samples[:, 1:].reshape(len(samples), -1, 3), sample)
+    times = sample * (1 + np.arange(len(samples)))
+    exact = levels(times, samples[:, 0], samples[:, 1:].reshape(len(samples), -1, 3))
     for label, model, options in [
         ("plan", models["plan"], {}),
         ("plan, 8 us", models["plan"], {"step": 8e-6}),
@@ -291,9 +294,8 @@ def compared(name: str, duration: float) -> None:
         spent, data = time.process_time() - begin, run.data
         interval = float(data["time"][1] - data["time"][0])
         forces = data["bearing_force"].transpose("time", "bearing", "direction").values
-        reached = levels(data["dte"].isel(stage=0).values, forces, interval)
-        n = min(reached.shape[1], exact.shape[1])
-        errors = 100 * np.abs(reached[:, :n] / exact[:, :n] - 1)
+        reached = levels(data["time"].values, data["dte"].isel(stage=0).values, forces)
+        errors = 100 * np.abs(reached / exact - 1)
         far = (np.percentile(x, [50, 90, 100]) for x in (errors[0], errors[1:]))
         words = (
             f"{kind} {a:.2f} / {b:.2f} / {c:.2f} %" for kind, (a, b, c) in zip(("DTE", "bearings"), far, strict=True)

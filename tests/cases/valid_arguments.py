@@ -353,6 +353,7 @@ def by_name() -> dict[str, Any]:
         "ReducedHousing.response.frequency": [10.0], "ReducedHousing.surface_velocity.frequency": [10.0],
         "forces": np.ones((1, 6)), "damping_ratio": 0.02,
         "ReducedHousing.power_of_motion.rates": np.zeros((1, 9)), "plan.housing_modes": None,
+        "plan.linear_bearings": [],
         "Housing.from_file.damping_ratio": 0.0, "Gearbox.between": {},
         "Housing.from_file.path": folder / "housing.npz", "Housing.from_file.mass": None,
         "Housing.from_file.seats": [("fast", 0.0)], "Housing.from_reduction.seats": [("fast", 0.0)],

@@ -102,6 +102,32 @@ def test_the_plan_tells_whether_a_load_leaves_the_linear_range():
     assert at_rest.linear.stiffness[:5, :5] == pytest.approx(at_rest.stiffness, abs=1e-3)
 
 
+def test_runs_take_linear_bearings_where_the_load_keeps_to_them():
+    """Bearings, DTE and life are those of the nonlinear bearings; the plan says so, and a user may keep these."""
+    pair = exugear.RollingBearing.angular_contact(**ANGULAR, **DAMPED).paired("O", spacing=15 * mm, preload=2e4)
+    parts = {0.0: pair, 60 * mm: pair}
+    box = box_of(fast=parts, slow=parts)
+    chosen, nonlinear = exugear.plan(box, load=LOAD), exugear.plan(box, load=LOAD, linear_bearings=[])
+    assert chosen.linear == ("fast", "slow")
+    assert "they are linear in runs" in chosen.bearings["fast"]
+    assert nonlinear.linear == ()
+    options = {"speed": (60.0, 120.0), "load": LOAD, "duration": 0.05, "displacement": True, "power": True, "checks": 0}
+    by_run = [exugear.run_up(exugear.build(box, plan=plan), **options) for plan in (chosen, nonlinear)]
+    lives = [exugear.bearing_life(run, box)["life"].values for run in by_run]
+    assert lives[0] == pytest.approx(lives[1], rel=1e-3)
+    linear, exact = (run.data.isel(time=run.data["time"] > 0.02) for run in by_run)
+    assert float(linear["dte"].std()) == pytest.approx(float(exact["dte"].std()), rel=2e-3)
+    forces, of_exact = (data["bearing_force"].sel(direction=["x", "y"]).std("time").values for data in (linear, exact))
+    assert forces == pytest.approx(of_exact, rel=3e-3)
+    assert by_run[0].energy_balance().relative < 2e-6
+
+
+def test_only_rolling_bearings_of_plain_stages_can_be_taken_as_linear():
+    assert exugear.plan(gearbox()).linear == ()
+    with pytest.raises(ValueError, match=r"linear_bearings must name shafts on rolling bearings, got \['other'\]"):
+        exugear.plan(gearbox(), linear_bearings=["other"])
+
+
 def test_a_load_that_pulls_bearings_apart_is_refused_in_words():
     ball = exugear.RollingBearing.angular_contact(**ANGULAR)
     parts = {0.0: ball, 60 * mm: ball}
