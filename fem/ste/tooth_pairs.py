@@ -42,6 +42,7 @@ from fem.support.arguments import Finite, checked
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar, shown
 from fem.support.representation import exact
+from fem.support.user_warning import warn_user
 from fem.support.validation import require
 
 #: Loads of single tooth pairs over the largest mesh force: a tooth that stands proud carries all of it, a coupled one
@@ -159,7 +160,8 @@ def tooth_pair_map(
                     over the teeth: number of the increment; -1: none
     meeting_increment, meeting_moment
                     over (meeting, ...): what tooth pairs of which both teeth have increments have beside their sum
-    meeting_of      over (pinion_variant, wheel_variant): its number; -1: the sum is taken, as where more than 64 meet
+    meeting_of      over (pinion_variant, wheel_variant): its number; -1: the sum is taken, as where more than 64
+                    meet, of which a warning tells
     moment_coupling over (moment_of, distance, position): transmission error of a tooth pair by a moment of the load on
                     that further ahead, of that by a moment of the former [1/N], and of moment by moment [rad/(N m)]
 
@@ -468,6 +470,11 @@ def _meeting(solver: IncrementSolver, pair: GearPair, increments: list[Increment
         )
     ]
     if len(meeting) > MOST_MEETING:
+        warn_user(
+            f"{len(meeting)} pairs of unlike teeth meet, more than {MOST_MEETING}: what both add beside the sum of "
+            "theirs is left out; where both are large, as spalls are, give fewer teeth flanks of their own, or compute "
+            "the map of all pitches"
+        )
         return number, _stacked(solver, [])
     for n, (i, j) in enumerate(meeting):
         both = solver.of((pinion.flanks[i], wheel.flanks[j]), f"increments {i} and {j} of both gears")

@@ -344,3 +344,20 @@ def test_a_run_over_the_hunting_period_shows_the_pitch_error_once_per_turn():
     te = law.ste(pair, 20.0)["te"].values[0]
     static = 2 * np.fft.rfft(te)[1] / te.size
     assert abs(slow) == pytest.approx(abs(static), rel=0.03)
+
+
+def test_offsets_of_a_law_without_their_axis_are_told_with_the_map_to_compute():
+    law = MeshForce.from_tooth_pairs(pairs_of(small_pair(random_pitch(12, 1)), checks=0))
+    with pytest.raises(ValueError, match=r"no such axis.*fem\.tooth_pair_map\(.*Offsets\(misalignment=\(\.\.\.\)\)"):
+        law.at(misalignment=1e-4)
+    with pytest.raises(ValueError, match="no such axis"):
+        law(0.2, 20 * um, a=0.06)
+
+
+@pytest.mark.slow
+def test_more_pairs_of_unlike_teeth_than_64_are_told():
+    """72 of them: beside each other their reliefs add up."""
+    flanks = ([fem.OnTooth(i, fem.TipRelief((5 + i) * um, 1 * mm)) for i in range(n)] for n in (9, 8))
+    with pytest.warns(UserWarning, match="72 pairs of unlike teeth meet, more than 64.*map of all pitches"):
+        pairs = pairs_of(small_pair(*map(tuple, flanks)), 20.0, checks=0)
+    assert pairs.sizes["meeting"] == 0

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from composed_laws import PAIR_STIFFNESS, law_of_equal_pairs
-from planetary_boxes import GEAR, RING_PAIR, SUN_PAIR, planar_box, planetary, planetary_box
+from planetary_boxes import GEAR, PIN, RING_PAIR, SUN_PAIR, planar_box, planetary, planetary_box
 
 import exugear
 import fem
@@ -37,7 +37,7 @@ def turn_of_carrier(box, speed: float, load: float = 2000.0, **options):
     turn = 8 * np.pi / speed
     options = {"duration": 1.1 * turn, "sample": turn / 3600, "progress": False, "checks": 0} | options
     run = exugear.run(exugear.build(box), drives={"sun": speed}, loads={"carrier": load}, **options)
-    return run, run.data["time"].values > 0.1 * turn - turn / 7200
+    return run, run.data["time"].values > 0.1 * turn - options["sample"] / 2
 
 
 def orders_of(values) -> np.ndarray:
@@ -74,10 +74,15 @@ def test_a_tooth_fault_of_a_planet_has_the_side_bands_of_the_closed_form():
 
 @pytest.mark.parametrize("planar", [False, True])
 def test_composed_laws_of_a_set_are_those_of_their_tables(planar):
-    """The same set on tables over all pitches of the planets, on ideal axes and on pins."""
+    """The same set on tables over all pitches of the planets, on ideal axes and on pins.
+
+    Pins leave a tenth of the lines, 1e-3 of the mean force, beside the ringing after each change of the number of
+    tooth pairs: sampled 40 times in a pitch it folds into them, by 3 to 6 % of the largest line, 320 times by 1.6 %.
+    """
     meshes, phase = laws(), np.arange(64 * PLANETS) / 64
-    # tooth 0 is in mesh within a pitch of phase 0
-    shift = np.where(np.minimum(phase, PLANETS - phase) < 1, DEVIATION / 2, 0.0)
+    # tooth 0 is in mesh within a pitch of phase 0; the table changes over a step, in the middle at its ends
+    apart = np.minimum(phase, PLANETS - phase)
+    shift = DEVIATION / 4 * (1.0 * (apart < 1) + 1.0 * (apart <= 1))
     reach = np.array([0.0, 400 * um])
     table = np.broadcast_to(STIFFNESS * reach, (phase.size, 2))
     mapped = exugear.MeshForce(phase, shift[:, None] + reach, table, pitches=PLANETS, damping=3e3)
@@ -85,11 +90,20 @@ def test_composed_laws_of_a_set_are_those_of_their_tables(planar):
     make = (lambda x: planar_box(**x)) if planar else (lambda x: planetary_box(**x))
     lines = []
     for given in (meshes, of_table):
-        run, last = turn_of_carrier(make(given), 200 * rpm)
+        run, last = turn_of_carrier(make(given), 200 * rpm, sample=8 * np.pi / (200 * rpm) / 28800)
         lines.append(np.array([orders_of(force) for force in run.data["mesh_force"].values[:, last]])[:, 1:60])
     # every second line of the planet: the shifts at the sun and at the ring add up
     composed, by_table = (np.array(x)[:, 5::6] for x in lines)
-    assert composed == pytest.approx(by_table, abs=0.08 * by_table.max())
+    assert composed == pytest.approx(by_table, abs=0.02 * by_table.max())
+
+
+def test_a_set_in_space_on_composed_laws_runs_as_in_the_plane():
+    box = planar_box(bearings=PIN, **laws())
+    plans = exugear.plan(box), exugear.plan(box).with_bodies()
+    options = {"speed": (50.0, 60.0), "load": 100.0, "duration": 0.005, "progress": False, "checks": 0}
+    planar, space = (exugear.run_up(exugear.build(box, plan=plan), **options).data for plan in plans)
+    for name in ("mesh_force", "dte", "bearing_force"):
+        assert float(np.abs(space[name] - planar[name]).max()) < 1e-7 * float(np.abs(planar[name]).max())
 
 
 def test_a_planet_has_its_teeth_counted_from_either_side():
