@@ -25,8 +25,8 @@ from exugear.mesh_force.block_potential import CONTINUED, Potential, block_poten
 from exugear.mesh_force.kernel_records import doubles_at, reader, stack_of, start_of
 from exugear.mesh_force.layout import INCREMENT, TEETH
 from exugear.mesh_force.patches import Cell, Range, phase_cell, range_of, table_at
-from exugear.mesh_force.pchip import hermite, hermite_bend, hermite_slope
-from fem.support.numba_cache import compiled
+from exugear.mesh_force.pchip import hermite, hermite_bend_weights, hermite_slope, weighted
+from fem.support.numba_cache import apart, compiled
 
 #: Most tooth pairs that may touch at a time, and floats for each: its position, deflections, loads and their slopes.
 MOST, ROWS = 8, 23
@@ -164,7 +164,7 @@ def increment(teeth, variant, s, load):
         by_load = by_root * hermite_slope(w, p_of, p_t, q_of, q_t)
         slope = hermite_slope(w, p, m_0, q, m_1)
         moment_by_load, moment_by_load_s = by_root * slope, by_root * hermite_slope(w, p_s, m_0s, q_s, m_1s)
-        bend = hermite_bend(w, p, m_0, q, m_1) - slope / max(u, 1e-6)
+        bend = weighted(hermite_bend_weights(w), p, m_0, q, m_1) - slope / max(u, 1e-6)
         moment_bend = bend * ((m - 1) / (2.0 * teeth.largest_load * max(within, LEAST_T))) ** 2
     else:
         beyond = load - teeth.largest_load
@@ -269,7 +269,7 @@ def solve_in_place(space, n, columns):
             space[(RIGHT + c) * MOST + i] = value / space[(MATRIX + i) * MOST + i]
 
 
-@compiled
+@apart
 def composed_range(table, block, cell: Cell):
     """`Range` of a composed law: where the first tooth pair touches, and up to where all reach."""
     teeth, space = teeth_of(table), carray(stack_of(SPACE), SPACE)
@@ -288,13 +288,27 @@ def composed_range(table, block, cell: Cell):
     return Range(unloaded, unloaded_slope, end - unloaded, end_slope - unloaded_slope, largest_force)
 
 
-@compiled
+@apart
 def composed_potential(table, block, cell: Cell, deflection, lever):
     """`Potential` of a composed law; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
     teeth, space = teeth_of(table), carray(stack_of(SPACE), SPACE)
-    single, n = single_of(teeth), 0
-    least, largest_force, end = inf, 0.0, inf
-    for p in range(place_pairs(teeth, block, phase_of(table, cell), space)):
+    single = single_of(teeth)
+    n, least, largest_force, end = begin_pairs(teeth, single, block, phase_of(table, cell), deflection, lever, space)
+    if n == 0:
+        return Potential(0.0, -least, 0.0, 0.0, 0.0, 0.0, 0.0, largest_force)
+    if end < inf:
+        raise ValueError(deflection, end, nan, nan, table.side)
+    return solved_potential(teeth, single, block, lever, n, -least, largest_force, space)
+
+
+@compiled
+def begin_pairs(teeth, single, block, phase, deflection, lever, space):
+    """Write the tooth pairs that would touch alone: (number, least distance to contact, largest force, end).
+
+    end   deflection at which the first of them leaves its table, inf where none does
+    """
+    n, least, largest_force, end = 0, inf, 0.0, inf
+    for p in range(place_pairs(teeth, block, phase, space)):
         s, free = space[S * MOST + p], deflection - space[FREE * MOST + p]
         variant_1, variant_2 = space[VARIANT_1 * MOST + p], space[VARIANT_2 * MOST + p]
         at = phase_cell(single, s - teeth.first)
@@ -320,11 +334,7 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
             if free - touches > (1.0 + CONTINUED) * extent.largest:
                 end = min(end, deflection - (free - touches) + extent.largest)
             n += 1
-    if n == 0:
-        return Potential(0.0, -least, 0.0, 0.0, 0.0, 0.0, 0.0, largest_force)
-    if end < inf:
-        raise ValueError(deflection, end, nan, nan, table.side)
-    return solved_potential(teeth, single, block, lever, n, -least, largest_force, space)
+    return n, least, largest_force, end
 
 
 @compiled
@@ -359,7 +369,7 @@ def write_loads(teeth, single, block, lever, n, space):
             int(space[VARIANT_1 * MOST + p]),
             int(space[VARIANT_2 * MOST + p]),
         )
-        u = block_potential(single, block, phase_cell(single, s - teeth.first), space[X * MOST + p], lever)
+        u = potential_of_single(single, block, phase_cell(single, s - teeth.first), space[X * MOST + p], lever)
         space[LOAD * MOST + p], space[STIFFNESS * MOST + p], space[LOAD_BY_S * MOST + p] = (
             u.force,
             u.stiffness,
@@ -377,6 +387,12 @@ def write_loads(teeth, single, block, lever, n, space):
             space[BY_S * MOST + p] -= further.work_by_s
             write_moment(p, further, space)
     return varies
+
+
+@apart
+def potential_of_single(single, block, at: Cell, deflection, lever):
+    """`Potential` of a single tooth pair."""
+    return block_potential(single, block, at, deflection, lever)
 
 
 @compiled

@@ -112,6 +112,9 @@ class _WithoutMachineCode:
 class Callee(CPUDispatcher):
     """A function that compiled code calls, without code to call it from Python: Python calls another version."""
 
+    #: Whether it stays a function of its own in the machine code of its root.
+    apart = False
+
     @cached_property
     def for_python(self) -> Any:
         """The function as numba compiles it alone."""
@@ -121,19 +124,27 @@ class Callee(CPUDispatcher):
     def add_overload(self, cres) -> None:
         """Store a version without making it known to Python."""
         self.overloads[tuple(cres.signature.args)] = cres
+        if self.apart:
+            cres.library.get_function(cres.fndesc.llvm_func_name).add_function_attribute("noinline")
 
     def _compile_for_args(self, *arguments, **keywords):
         """Compiled version for a call from Python."""
         return self.for_python._compile_for_args(*arguments, **keywords)
 
 
-def callee(function=None, **options) -> Any:
-    """Decorator like `numba.njit` for functions that compiled code calls."""
+def callee(function=None, *, apart: bool = False, **options) -> Any:
+    """Decorator like `numba.njit` for functions that compiled code calls.
+
+    apart   never to be inlined, as code that is rarely run
+    """
     if function is None:
-        return partial(callee, **options)
+        return partial(callee, apart=apart, **options)
     if not WHOLE_TREES:
         return njit(function, **options)
-    return Callee(function, targetoptions={"nopython": True, "boundscheck": None, **NO_WRAPPERS, **options})
+    defaults = {"nopython": True, "boundscheck": None, "forceinline": False, **NO_WRAPPERS}
+    made = Callee(function, targetoptions={**defaults, **options})
+    made.apart = apart
+    return made
 
 
 @contextmanager
