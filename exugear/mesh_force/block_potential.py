@@ -66,7 +66,7 @@ def block_potential(table, block, phase: Cell, deflection, lever):
     return derivatives(extent, centroid, penetration, lever, w, u)
 
 
-@compiled
+@compiled(forceinline=True)
 def derivatives(extent: Range, centroid: Centroid, penetration, lever, w: Patch, u):
     """`Potential` from the patch w at u; ValueError(lever, low, high, 1) where the force would fall.
 

@@ -114,7 +114,7 @@ def patch(table, start, block, phase, load):
     return Patch(value, m * first_u, m * m * second_u, n * by_phase, n * m * by_phase_u)
 
 
-@compiled
+@compiled(forceinline=True)
 def along_phase(weights, a, b):
     """`Jet` between two nodes of neighbouring phases, or its derivatives per phase step.
 
@@ -127,7 +127,7 @@ def along_phase(weights, a, b):
     )
 
 
-@compiled
+@compiled(forceinline=True)
 def quintic(x, low, high):
     """`Jet` at x of the quintic polynomial with given jets at 0 and 1."""
     half = 0.5 * low.second
