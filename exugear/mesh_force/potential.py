@@ -12,7 +12,16 @@ from exugear.mesh_force.composition import composed_potential, composed_range
 from exugear.mesh_force.patches import Cell, range_of
 from fem.support.numba_cache import apart, compiled
 
-__all__ = ["CONTINUED", "MID_PLANE", "Centroid", "Potential", "centroid_at", "extent_of", "potential", "potential_apart"]
+__all__ = [
+    "CONTINUED",
+    "MID_PLANE",
+    "Centroid",
+    "Potential",
+    "centroid_at",
+    "extent_of",
+    "potential",
+    "potential_apart",
+]
 
 #: Step of the deflection by which the slope of a composed law's centroid is a difference, over the penetration.
 STEP = 1e-4

@@ -33,7 +33,8 @@ if TESTED[0] <= version_info.short < TESTED[1]:
 
 #: Decorator of functions that compiled code calls.
 compiled: Any = private.callee if private else njit
-#: `compiled` for code that is rarely run or long: never inlined.
+#: `compiled` for code that is long or rarely run, and is not inlined. Beside it, what runs in each call of a contact is
+#: inlined wholly (`forceinline=True`): a contact takes .7 (spin) and .87 (on bearings) of the time so.
 apart: Any = partial(compiled, apart=True) if private else njit
 #: Decorator of functions that both Python and compiled code call.
 compiled_or_not: Any = register_jitable

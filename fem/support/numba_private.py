@@ -112,7 +112,7 @@ class _WithoutMachineCode:
 class Callee(CPUDispatcher):
     """A function that compiled code calls, without code to call it from Python: Python calls another version."""
 
-    #: Whether it stays a function of its own in the machine code of its root.
+    #: Whether it stays a function in the machine code of its root.
     apart = False
 
     @cached_property
@@ -125,6 +125,7 @@ class Callee(CPUDispatcher):
         """Store a version without making it known to Python."""
         self.overloads[tuple(cres.signature.args)] = cres
         if self.apart:
+            # of LLVM; numba has no such option
             cres.library.get_function(cres.fndesc.llvm_func_name).add_function_attribute("noinline")
 
     def _compile_for_args(self, *arguments, **keywords):
@@ -135,16 +136,21 @@ class Callee(CPUDispatcher):
 def callee(function=None, *, apart: bool = False, **options) -> Any:
     """Decorator like `numba.njit` for functions that compiled code calls.
 
-    apart   never to be inlined, as code that is rarely run
+    apart   never inlined: for code that is long or rarely run
+
+    Numba passes `forceinline` on to all that such a function calls, where it is the first to call it: a law of 20
+    functions then grew to 118,000 instructions, a minute of compilation, or did not, by the order of compilations in a
+    process. Here each function has it for itself alone. A function should not be an argument of another one: where the
+    latter is not inlined, its code contains an address, and numba warns that it does not keep it.
     """
     if function is None:
         return partial(callee, apart=apart, **options)
     if not WHOLE_TREES:
         return njit(function, **options)
     defaults = {"nopython": True, "boundscheck": None, "forceinline": False, **NO_WRAPPERS}
-    made = Callee(function, targetoptions={**defaults, **options})
-    made.apart = apart
-    return made
+    dispatcher = Callee(function, targetoptions=defaults | options)
+    dispatcher.apart = apart
+    return dispatcher
 
 
 @contextmanager
