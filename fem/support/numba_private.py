@@ -145,10 +145,10 @@ def callee(function=None, *, apart: bool = False, **options) -> Any:
     """
     if function is None:
         return partial(callee, apart=apart, **options)
+    options = {"forceinline": False} | options
     if not WHOLE_TREES:
         return njit(function, **options)
-    defaults = {"nopython": True, "boundscheck": None, "forceinline": False, **NO_WRAPPERS}
-    dispatcher = Callee(function, targetoptions=defaults | options)
+    dispatcher = Callee(function, targetoptions={"nopython": True, "boundscheck": None, **NO_WRAPPERS, **options})
     dispatcher.apart = apart
     return dispatcher
 
