@@ -16,6 +16,7 @@ from exugear.contact.contact import Push
 from exugear.contact.relative_position import flank_of
 from exugear.mesh_force.force_kernels import StaticForce
 from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
+from exugear.mesh_force.pchip import hermite, hermite_slope
 from fem.support.numba_cache import compiled
 
 #: The ring in a mesh. Numbers of modes and of values around the ring; addresses of g and its slope per spacing
@@ -52,27 +53,47 @@ class Flexed(NamedTuple):
     in_step: float
 
 
+class Span(NamedTuple):
+    """Where a mesh stands between two of the positions around the ring.
+
+    before, after   (modes, 2) displacement g of the flank by each mode, and its slope per spacing, at both
+    share           of the spacing behind the mesh
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    share: float
+
+
+@compiled
+def span_at(ring, side, phase):
+    """`Span` of a ring, pressed on a side, at the phase of the driving flank."""
+    table = carray(doubles_at(ring.table), (2, ring.points, ring.modes, 2))[0 if side > 0.0 else 1]
+    position = ring.start + ring.pitch * phase
+    first = np.floor(position)
+    i = int(first) % ring.points
+    return Span(table[i], table[(i + 1) % ring.points], position - first)
+
+
+@compiled
+def shape_in(span, mode):
+    """Displacement g of the flank by a mode, and its slope per spacing."""
+    y_0, m_0 = span.before[mode, 0], span.before[mode, 1]
+    y_1, m_1 = span.after[mode, 0], span.after[mode, 1]
+    return hermite(span.share, y_0, m_0, y_1, m_1), hermite_slope(span.share, y_0, m_0, y_1, m_1)
+
+
 @compiled
 def flexed(ring, law, motion, steps):
     """`Flexed` in a motion of rigid gears; notes g of all modes; steps: of the integrator, of the contact's state."""
-    flank = flank_of(law, motion.advance, motion.opening, motion.phase)
-    m, points = ring.modes, ring.points
-    table = carray(doubles_at(ring.table), (2, points, m, 2))[0 if flank.side > 0.0 else 1]
+    flank, m = flank_of(law, motion.advance, motion.opening, motion.phase), ring.modes
     masses, stiffness = carray(doubles_at(ring.masses), m), carray(doubles_at(ring.stiffness), m)
     damping = carray(doubles_at(ring.damping), m)
     state, along = carray(doubles_at(ring.state), 2 * m), carray(doubles_at(ring.along), m)
-    position = ring.start + ring.pitch * motion.phase
-    first = np.floor(position)
-    u = position - first
-    i = int(first) % points
-    k = (i + 1) % points
-    v = 1.0 - u
-    a, b, c, d = v * v * (1.0 + 2.0 * u), u * v * v, u * u * (1.0 + 2.0 * v), -u * u * v
-    e, f, h = -6.0 * u * v, v * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
+    span = span_at(ring, flank.side, motion.phase)
     advance, rate, slope, acceleration, jerk, in_step, mobility = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -ring.mobility
     for j in range(m):
-        g = a * table[i, j, 0] + b * table[i, j, 1] + c * table[k, j, 0] + d * table[k, j, 1]
-        g_u = e * (table[i, j, 0] - table[k, j, 0]) + f * table[i, j, 1] + h * table[k, j, 1]
+        g, g_u = shape_in(span, j)
         x, y = state[j], state[m + j]
         along[j] = g
         advance, rate, slope = advance + g * x, rate + g * y, slope + g_u * x

@@ -14,7 +14,7 @@ from exugear.exchange.rexs_reading import Account, Reading
 from exugear.exchange.rexs_train import Mesh, Set, Train
 from exugear.gearbox.gearbox import Gearbox
 from exugear.operation.load_spectrum import LoadCase, LoadSpectrum
-from fem.support.arguments import FilePath, checked
+from fem.support.arguments import FilePath, Finite, checked
 from fem.support.validation import require, require_within
 
 #: Torque on the driving shaft [N m] where a file holds none.
@@ -60,6 +60,7 @@ def read_rexs(
     bearings: str = "rolling",
     load_case: int = 1,
     damping_ratio: float = 0.06,
+    step_angle: Finite = 0.0,
     progress: bool = True,
 ) -> RexsModel:
     """The gearbox of a REXS file, version 1.0 to 2.0: XML, JSON, or a zip archive with either.
@@ -72,6 +73,7 @@ def read_rexs(
                     their force law; "linear": their stiffness under a tenth of their capacity, at less cost of a run
     load_case       number of the load case, from 1 on, whose external forces act on the shafts
     damping_ratio   of every mesh, which files do not hold
+    step_angle      of stepped planets, as of a `Planetary` [rad], which files do not hold
     progress        whether to show bars with the time left
 
     The axes u, v, w of the file become z, x, y. Cylindrical stages between parallel shafts and planetary stages, also
@@ -91,7 +93,7 @@ def read_rexs(
     ):
         require(value in choice, f"{name} must be one of {[*choice]}, got {value!r}")
     reading = Reading(read_file(path))
-    train = Train(reading, Options(bearings == "rolling", shafts == "elastic"))
+    train = Train(reading, Options(bearings == "rolling", shafts == "elastic", step_angle))
     gearbox: Gearbox | None = None
     cases: list[LoadCase] = []
     if train.members:

@@ -1,5 +1,7 @@
 """Bearings of a REXS file: linear stiffnesses, given or rigid, and rolling bearings by inner geometry or catalogue."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from math import pi, radians
 from typing import Any, NamedTuple
 
@@ -19,6 +21,8 @@ BEARINGS = "concept_bearing", *ROLLING
 RIGID, STIFF, STIFF_TILT = 1e12, 5e9, 1e7
 #: Least stiffness that counts: files write 0 where they do not know it [N/m].
 SOFT = 1e4
+#: Stiffness of thrust washers of planets along their pins [N/m], which files do not hold.
+GUIDANCE = 1e7
 #: Damping over stiffness [s]: files do not hold it.
 DAMPING_TIME = 1e-5
 #: Radial displacements of a floating bearing's table, as shares of the largest.
@@ -44,10 +48,14 @@ FIXING, LARGEST_SHARE = ("deep groove", "angular contact"), 0.6
 
 
 class Options(NamedTuple):
-    """How a file becomes a gearbox: with laws of rolling bearings or linear ones, with elastic shafts or rigid ones."""
+    """How a file becomes a gearbox: with laws of rolling bearings or linear ones, with elastic shafts or rigid ones.
+
+    step_angle   by which a tooth at the ring of a stepped planet stands ahead of one at the sun [rad]
+    """
 
     rolling: bool = True
     elastic: bool = True
+    step_angle: float = 0.0
 
 
 def bearing_of(
@@ -88,6 +96,33 @@ def bearing_of(
     linear = Bearing(radial=radial, axial=axial, tilt=tilt or 0.0, damping_time=DAMPING_TIME)
     reading.account.read(component.title, f"{linear}")
     return linear
+
+
+def rolling_pin(reading: Reading, bearings: Sequence[tuple[Component, float]], sense: int) -> RollingBearing | None:
+    """Rolling bearings of a planet on its pin as rows of one; None where they do not all have laws of the same kind.
+
+    bearings   with their axial distances from the planet's gear [m]
+    sense      of the planet's u axis along z
+    """
+    if any(component.type not in ROLLING for component, _ in bearings):
+        return None
+    noted = [*reading.account.rows]
+    laws = [bearing_of(reading, component, None, rolling=True, sense=sense) for component, _ in bearings]
+    alike = all(isinstance(law, RollingBearing) for law in laws) and len({(x.kind, x.C) for x in laws}) == 1  # type: ignore[union-attr]
+    if not alike:
+        reading.account.rows[:] = noted
+        return None
+    first: Any = laws[0]
+    parts = zip(laws, (lever for _, lever in bearings), strict=True)
+    rows = tuple(replace(row, axial=row.axial + lever) for law, lever in parts for row in law.rows)  # type: ignore[union-attr]
+    guidance = 0.0
+    if not first.stiffness[2, 2]:
+        given = [_stiffness(reading, component, "axial_stiffness", "N/m", STIFF) for component, _ in bearings]
+        guidance = next((value for value in given if value and value < STIFF), GUIDANCE)
+        words = f"washers hold the planet along its pin with {guidance:.3g} N/m"
+        reading.account.assumed(bearings[0][0].title, words)
+    kind = first.kind if len(rows) == 1 else f"{first.kind}, {len(rows)} rows"
+    return replace(first, kind=kind, rows=rows, guidance=guidance)
 
 
 def _linear(

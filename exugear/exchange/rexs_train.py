@@ -7,7 +7,16 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from exugear.exchange.rexs_bearings import BEARINGS, DAMPING_TIME, SOFT, STIFF, Options, bearing_of
+from exugear.exchange.rexs_bearings import (
+    BEARINGS,
+    DAMPING_TIME,
+    GUIDANCE,
+    SOFT,
+    STIFF,
+    Options,
+    bearing_of,
+    rolling_pin,
+)
 from exugear.exchange.rexs_file import Component
 from exugear.exchange.rexs_gears import density_of, gear_of, given_diameters, material_of
 from exugear.exchange.rexs_reading import Reading
@@ -29,13 +38,14 @@ from exugear.exchange.rexs_shafts import (
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.planetary import Planetary
+from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Disc, Shaft
 from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.support.validation import require
-from fem.units import mm, um
+from fem.units import deg, mm, um
 
 #: Largest difference between the centre distance of a stage and the distance of its shafts [m].
 CLOSE = 0.05 * mm
@@ -301,8 +311,9 @@ class Train:
             layout = layout_of(reading, shaft, shaft.name or f"planet {shaft.id}")
             on_planets.append(Planet(layout, *(self._mate(mate, on_shaft, shaft) for mate in (suns[0], rings[0]))))
         if on_planets[0].at_sun is not on_planets[0].at_ring:
-            words = "a tooth of either gear of a stepped planet stands at the same angle, as files do not tell it"
-            reading.account.assumed(stage.title, words)
+            angle = f"{self.options.step_angle / deg:.6g} deg"
+            words = f"a tooth at the ring stands {angle} ahead of one at the sun, step_angle=, as REXS does not hold it"
+            reading.account.assumed(stage.title, f"of a stepped planet {words}")
         carrier = self._layout(carriers[0])
         for further in carriers[1:]:
             self._names[further.id] = carrier.name
@@ -455,6 +466,8 @@ class Train:
         }
         axial = self._gears[member.sun.id][0]
         options["planet"] = [self._planet(planet, axial) for planet in member.planets]
+        stepped = member.planets[0].at_sun is not member.planets[0].at_ring
+        options["step_angle"] = self.options.step_angle if stepped else None
         return Planetary(
             sun=sun,
             ring=ring,
@@ -476,21 +489,32 @@ class Train:
             parts.setdefault(at, []).append(part)
         return Shaft(planet.layout.name, {at: tuple(x) if len(x) > 1 else x[0] for at, x in parts.items()})
 
-    def _pin(self, each: Set) -> Bearing | None:
-        """The bearing between planet and pin, of several their sum about the planet's gear; None for an ideal one."""
+    def _pin(self, each: Set) -> Bearing | RollingBearing | None:
+        """The bearing between planet and pin, of several all about the planet's gear; None for an ideal one.
+
+        Rolling bearings keep their force law as rows of a single bearing, else all count by their linear stiffness.
+        """
         planet = each.planets[0]
         layout, middle = planet.layout, self._gears[planet.at_sun.id][0]
-        radial = axial = tilt = 0.0
+        components = []
         for relation in self.reading.file.related("side", outer_part=layout.component.id):
             component = self.reading.file.components[relation.roles.get("assembly", layout.component.id)]
             if component.type in BEARINGS:
-                bearing = bearing_of(self.reading, component, None, rolling=False)
                 u = self.reading.number(component, "u_coordinate_on_shaft_outer_side", "m", nan)
-                lever = 0.0 if isnan(u) else layout.axial(u) - middle
-                radial, axial = radial + bearing.radial, axial + bearing.axial  # type: ignore[union-attr]
-                tilt += bearing.tilt + bearing.radial * lever**2  # type: ignore[union-attr]
+                components.append((component, 0.0 if isnan(u) else layout.axial(u) - middle))
+        if self.options.rolling and components and (law := rolling_pin(self.reading, components, layout.sense)):
+            self.reading.account.read(each.component.title, f"planets on rolling bearings: {law}")
+            return law
+        radial = axial = tilt = 0.0
+        for component, lever in components:
+            bearing = bearing_of(self.reading, component, None, rolling=False)
+            radial, axial = radial + bearing.radial, axial + bearing.axial  # type: ignore[union-attr]
+            tilt += bearing.tilt + bearing.radial * lever**2  # type: ignore[union-attr]
         if radial < SOFT or radial >= STIFF:
             return None
+        if axial < SOFT:
+            axial = GUIDANCE
+            self.reading.account.assumed(each.component.title, f"washers hold planets along their pins: {axial:g} N/m")
         pin = Bearing(radial=radial, axial=axial, tilt=tilt, damping_time=DAMPING_TIME)
         self.reading.account.read(each.component.title, f"planets on elastic pins: {pin}")
         return pin

@@ -9,9 +9,11 @@ In tension they are static displacements. Less their rigid motion, and orthogona
 they leave diagonal matrices. The static compliance is exact.
 
 **Torsion.** Coordinates are the angles of the gears, that of the end on which drive or load act, and amplitudes of
-modes in which gears and end stand (Craig & Bampton, AIAA J. 6, 1968). The spring between the end and the next gear is a
-coupling (`Shaft.twist`) and no part of the matrices here. Where the motion of the end is imposed, its inertia does not
-matter: the mass of the coupling's rotor then counts, which leaves the gears theirs.
+modes in which the gears stand (Craig & Bampton, AIAA J. 6, 1968), and the end where its motion is imposed; where it is
+free, it stands by the static twist taken from them. The spring between the end and the next gear is a coupling
+(`Shaft.twist`) and no part of the matrices here. Where the motion of the end is imposed, its inertia does not matter:
+the mass of the coupling's rotor then counts, which leaves the gears theirs. The damper of the coupling is that of the
+lowest mode against an end that is held; of a free end the damping here gives every mode its share.
 
 In the steps of a run the modes of the shaft on its bearings have the masses by which they keep their frequencies, or,
 beyond what steps can hold, count by their compliance alone (`modes_in_steps`): the steps are those of rigid shafts.
@@ -70,7 +72,9 @@ class Torsion(NamedTuple):
     mass        (n, n) where the end is free [kg m^2]
     held_mass   (n, n) where its motion is imposed, without the inertia of the end itself
     stiffness   (n, n) without the spring between the end and the next gear
-    damping     (n, n)
+    damping     (n, n) where the end is free, without that of the spring
+    held_damping
+                (n, n) where its motion is imposed, likewise
     modes       number of modes
     """
 
@@ -78,6 +82,7 @@ class Torsion(NamedTuple):
     held_mass: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
+    held_damping: np.ndarray
     modes: int
 
     def with_end(self, shaft: Shaft, *, held: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -85,11 +90,11 @@ class Torsion(NamedTuple):
 
         held   the motion of the end is imposed
         """
-        gears, stiffness, damping = len(shaft.stations), self.stiffness.copy(), self.damping.copy()
+        gears, stiffness = len(shaft.stations), self.stiffness
+        damping = self.held_damping if held else self.damping
         if shaft.twist:
-            ends, spring = np.ix_([0, gears], [0, gears]), np.array([[1.0, -1.0], [-1.0, 1.0]])
-            stiffness[ends] += shaft.twist.torsion * spring
-            damping[ends] += shaft.twist.damping * spring
+            stiffness = _with_spring(stiffness, shaft.twist.torsion, gears)
+            damping = _with_spring(damping, shaft.twist.damping, gears)
         end = gears if shaft.twist else 0
         free = np.delete(np.arange(len(self.mass)), [end] if held else [])
         part = np.ix_(free, free)
@@ -256,10 +261,10 @@ class ElasticShaft:
         """(size, size) stiffness of the shaft itself, without the spring towards its end."""
         return self._matrix(np.diag(np.r_[np.zeros(RIGID), self.stiffness]), self.torsion.stiffness)
 
-    @cached_property
-    def damping_matrix(self) -> np.ndarray:
-        """(size, size) damping of the shaft itself, without that of the spring towards its end."""
-        return self._matrix(np.diag(np.r_[np.zeros(RIGID), self.damping]), self.torsion.damping)
+    def damping_matrix(self, *, held: bool) -> np.ndarray:
+        """(size, size) damping of the shaft itself, without that of the spring towards its end; held: as for mass."""
+        of_torsion = self.torsion.held_damping if held else self.torsion.damping
+        return self._matrix(np.diag(np.r_[np.zeros(RIGID), self.damping]), of_torsion)
 
     @cached_property
     def load_of_decoupled(self) -> np.ndarray:
@@ -335,12 +340,15 @@ def rigid_motion(lever: float) -> np.ndarray:
     return motion
 
 
-def elastic_shaft(shaft: Shaft, modes: int, torsion_modes: int, *, spatial: bool, axial: bool) -> ElasticShaft:
+def elastic_shaft(
+    shaft: Shaft, modes: int, torsion_modes: int, *, spatial: bool, axial: bool, held: bool = False
+) -> ElasticShaft:
     """The shaft reduced to the static shapes, a number of bending modes in each plane, and of modes of torsion.
 
     axial   whether forces act along the axis, by which it is stretched
+    held    whether the modes of torsion are those for an end whose motion is imposed
     """
-    beam, torsion = shaft.beam, torsion_of(shaft, torsion_modes)
+    beam, torsion = shaft.beam, torsion_of(shaft, torsion_modes, held=held)
     rigid = np.array([shaft.mass] * 3 + [shaft.transverse] * 2)
     if not spatial:
         shapes, none = np.zeros((beam.axial.size, 6, 0)), np.zeros(0)
@@ -408,34 +416,58 @@ def tension_shapes(shaft: Shaft) -> Shapes:
     return _orthogonal(vectors, np.ones((n, 1)), beam.tension_mass, beam.tension_stiffness)
 
 
-def torsion_of(shaft: Shaft, modes: int) -> Torsion:
-    """The torsion of a shaft with a number of modes in which its gears and its end stand."""
+def torsion_of(shaft: Shaft, modes: int, *, held: bool) -> Torsion:
+    """The torsion of a shaft with a number of modes in which its gears stand; held: its end, too."""
     beam, gears, twist = shaft.beam, len(shaft.stations), shaft.twist
     stations = [*shaft.stations, shaft.end_position] if twist else [*shaft.stations]
     static, nodes = twist_shapes(beam, stations), [beam.node(axial) for axial in stations]
-    free = np.setdiff1d(np.arange(beam.axial.size), nodes)
+    free = np.setdiff1d(np.arange(beam.axial.size), nodes if held else nodes[:gears])
     part = np.ix_(free, free)
-    squares, vectors = scipy.linalg.eigh(beam.torsion_stiffness[part], beam.torsion_mass[part])
-    squares, fixed = squares[:modes], np.zeros((beam.axial.size, modes))
-    fixed[free] = vectors[:, :modes]
-    basis = np.hstack([static, fixed])
+    of_modes = np.zeros((beam.axial.size, modes))
+    of_modes[free] = scipy.linalg.eigh(beam.torsion_stiffness[part], beam.torsion_mass[part])[1][:, :modes]
+    of_modes -= static @ of_modes[nodes]
+    squares = np.zeros(0)
+    if modes:
+        projected = (of_modes.T @ matrix @ of_modes for matrix in (beam.torsion_stiffness, beam.torsion_mass))
+        squares, turned = scipy.linalg.eigh(*projected)
+        of_modes = of_modes @ turned
+    basis = np.hstack([static, of_modes])
     mass, stiffness = basis.T @ beam.torsion_mass @ basis, basis.T @ beam.torsion_stiffness @ basis
     amplitudes = np.arange(len(stations), len(stations) + modes)
     mass[amplitudes, amplitudes] = np.maximum(1.0, squares / SHAPES_CAP**2)
     stiffness[: len(stations), len(stations) :] = stiffness[len(stations) :, : len(stations)] = 0.0
     held_mass = mass.copy()
     if twist:
-        spring, ends = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.ix_([0, gears], [0, gears])
-        stiffness[ends] -= twist.torsion * spring
+        stiffness = _with_spring(stiffness, -twist.torsion, gears)
         stiffness[gears], stiffness[:, gears] = 0.0, 0.0
         held_mass[gears], held_mass[:, gears] = 0.0, 0.0
         mass += _capped(mass, twist.torsion, squares, gears)
     between, diagonal = stiffness[:gears, :gears], np.arange(gears)
     between[diagonal, diagonal] -= between.sum(axis=1)
-    damping = np.zeros_like(stiffness)
-    damping[amplitudes, amplitudes] = 2 * shaft.damping_ratio * np.sqrt(squares * mass[amplitudes, amplitudes])
-    damping[:gears, :gears] = between * _damping_time(between, held_mass[:gears, :gears], shaft.damping_ratio)
-    return Torsion(mass, held_mass, stiffness, damping, modes)
+    held_damping = np.zeros_like(stiffness)
+    held_damping[amplitudes, amplitudes] = 2 * shaft.damping_ratio * np.sqrt(squares * mass[amplitudes, amplitudes])
+    held_damping[:gears, :gears] = between * _damping_time(between, held_mass[:gears, :gears], shaft.damping_ratio)
+    if twist:
+        damping = _modal_damping(mass, _with_spring(stiffness, twist.torsion, gears), shaft.damping_ratio)
+        damping = _with_spring(damping, -twist.damping, gears)
+    else:
+        damping = _modal_damping(mass, stiffness, shaft.damping_ratio)
+    return Torsion(mass, held_mass, stiffness, damping, held_damping, modes)
+
+
+def _with_spring(matrix: np.ndarray, constant: float, gears: int) -> np.ndarray:
+    """A matrix (n, n) with a spring or damper between the angles of the first gear and of the end."""
+    matrix, ends = matrix.copy(), np.ix_([0, gears], [0, gears])
+    matrix[ends] += constant * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return matrix
+
+
+def _modal_damping(mass: np.ndarray, stiffness: np.ndarray, ratio: float) -> np.ndarray:
+    """(n, n) damping that gives each mode of a free body a damping ratio, and none to its turning as a whole."""
+    squares, modes = scipy.linalg.eigh(stiffness, mass)
+    squares[0] = 0.0
+    momenta = mass @ modes
+    return momenta * (2 * ratio * np.sqrt(np.maximum(squares, 0.0))) @ momenta.T
 
 
 def _capped(mass: np.ndarray, torsion: float, squares: np.ndarray, gears: int) -> np.ndarray:

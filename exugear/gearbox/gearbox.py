@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.elastic_carrier import SeriesPin, check_carrier, pins_in_series
 from exugear.gearbox.elastic_ring import ElasticRing
 from exugear.gearbox.gear_train import (
     CLOSED,
@@ -25,7 +26,7 @@ from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
 from exugear.gearbox.planetary_phases import ring_phase
-from exugear.gearbox.seats_on_shafts import checked_seats
+from exugear.gearbox.seats_on_shafts import DragBetween, checked_seats, drags_between, without_drags
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
@@ -119,6 +120,7 @@ class Gearbox:
         self._check_item_names()
         self._check_housing()
         self._place_shafts()
+        self._check_elastic_carriers()
         self._check_loads()
         by_name = {shaft.name: shaft for shaft in self.shafts}
         seats = checked_seats(self.between, self.stages, by_name, self.shaft_positions, self.housing)
@@ -158,6 +160,29 @@ class Gearbox:
         """Rings that vibrate in modes, by the names of their shafts."""
         rings = [of_set.elastic_ring for of_set in self.sets]
         return {ring.name: ring for ring in rings if ring}
+
+    @cached_property
+    def drags_between(self) -> tuple[DragBetween, ...]:
+        """Drags of bearings between shafts, which act by the difference of their speeds."""
+        return drags_between(self.between, self.ends)
+
+    @cached_property
+    def braked_on_ground(self) -> dict[str, Shaft]:
+        """Shafts by their names with the drags that act by their own speed alone, without those of `drags_between`."""
+        between = [*self.between]
+        return {x.name: without_drags(x, [at for name, at in between if name == x.name]) for x in self.shafts}
+
+    @cached_property
+    def elastic_carriers(self) -> dict[str, Housing]:
+        """Stiffness of the carriers that yield between the pins of their planets, by the names of their shafts."""
+        return {x.carrier.name: x.carrier_stiffness for x in self.sets if x.carrier_stiffness}
+
+    @cached_property
+    def series_pins(self) -> dict[str, SeriesPin]:
+        """Bearings of planets in series with carriers that yield, by the names of the planets."""
+        planets = self.planets_by_carrier
+        of_carriers = [pins_in_series(x, planets[name]) for name, x in self.elastic_carriers.items()]
+        return {name: pin for pins in of_carriers for name, pin in pins.items()}
 
     @property
     def ring_angles(self) -> tuple[float, ...]:
@@ -369,6 +394,14 @@ class Gearbox:
             require(name in self.held, f"ring {name!r} has modes, but turns; hold it, Gearbox(..., held={name!r})")
             others = [stage.name for stage in self.stages if of_set.ring in stage.shafts and stage not in of_set.stages]
             require(not others, f"ring {name!r} has modes, which stages {others} do not know; leave ring_modes= out")
+
+    def _check_elastic_carriers(self) -> None:
+        """ValueError for carriers with two stiffnesses, and for seats that are none of their bearings."""
+        names = [of_set.carrier.name for of_set in self.sets if of_set.carrier_stiffness]
+        twice = f"carriers {sorted({name for name in names if names.count(name) > 1})} have a carrier_stiffness twice"
+        require(len({*names}) == len(names), f"{twice}; pass a single one over the pins of all sets of the carrier")
+        for name, stiffness in self.elastic_carriers.items():
+            check_carrier(stiffness, self.ends[name], self.planets_by_carrier.get(name, []))
 
     def _check_speeds(self, names: Sequence[str]) -> None:
         """ValueError for speeds of shafts that do not exist or are held, that are not finite, or all 0."""

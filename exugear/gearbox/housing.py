@@ -208,14 +208,14 @@ def _matrix_market(file: Path) -> np.ndarray:
     return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
 
 
-def check_seats(housing: Housing, shafts: Sequence[Shaft]) -> None:
-    """Require that every seat is that of a bearing."""
+def check_seats(housing: Housing, shafts: Sequence[Shaft], argument: str = "housing") -> None:
+    """Require that every seat is that of a bearing of these shafts; argument: which has the seats."""
     by_name = {shaft.name: shaft for shaft in shafts}
     for seat in housing.seats:
         name, axial = seat
         known = [seat_label((shaft.name, x)) for shaft in shafts for x in shaft.bearings]
         at = [x for x in by_name[name].bearings if abs(x - axial) < NEAR] if name in by_name else []
-        require(bool(at), f"housing has a seat {seat_label(seat)}, where no bearing is; bearings are {known}")
+        require(bool(at), f"{argument} has a seat {seat_label(seat)}, where no bearing is; bearings are {known}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,10 @@ that are too small by a factor (trapezoidal sums), with s = sin(theta / 2):
 A mode of the frequency omega with the mass (omega / omega~)^2 times its own vibrates at omega in these steps, and with
 its damping over `rate` decays as it does; its static compliance is exact in any case. At most omega~ h = `TOP` times
 the limit of stability is used, which belongs to theta = 2.3: modes above count by their compliance alone.
+
+Dampers of bearings couple the modes. Where one of two vibrates, the rates of both are too small by the factor at its
+frequency; the damping between them matters where the slower one does, as the faster one then yields to it. So it is
+over the rate of the slower one, which also leaves what is added a matrix that only dissipates.
 """
 
 from math import asin, pi, sqrt
@@ -36,10 +40,14 @@ def rate_in_steps(angle: np.ndarray) -> np.ndarray:
 
 
 def factors_in_steps(omega: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Factors (n,) of mass and damping by which modes at omega (n,) [rad/s] keep frequency and decay in steps [s]."""
+    """Factors (n,) of mass and damping by which modes at omega (n,) [rad/s] keep frequency and decay in steps [s].
+
+    Modes beyond `TOP_ANGLE` are static: they follow at frequencies at which rates are true.
+    """
     angle = np.minimum(omega * step, TOP_ANGLE)
     square = np.where(angle > 0, square_in_steps(angle), 1.0)
-    return np.where(angle > 0, (omega * step) ** 2 / square, 1.0), 1 / rate_in_steps(angle)
+    of_mass = np.where(angle > 0, (omega * step) ** 2 / square, 1.0)
+    return of_mass, np.where(angle < TOP_ANGLE, 1 / rate_in_steps(angle), 1.0)
 
 
 def additions_in_steps(
@@ -51,6 +59,6 @@ def additions_in_steps(
     """
     squares, modes = scipy.linalg.eigh(stiffness, mass)
     of_mass, of_damping = factors_in_steps(np.sqrt(np.maximum(squares, 0.0)), step)
-    momenta, roots = mass @ modes, np.sqrt(of_damping)
-    further = (np.outer(roots, roots) - 1) * (modes.T @ damping @ modes)
+    momenta, slower = mass @ modes, np.minimum.outer(of_damping, of_damping)
+    further = (slower - 1) * (modes.T @ damping @ modes)
     return momenta * (of_mass - 1) @ momenta.T, momenta @ further @ momenta.T

@@ -11,6 +11,7 @@ import xarray as xr
 
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.elastic_ring import ElasticRing, check_ring_modes
+from exugear.gearbox.housing import Housing
 from exugear.gearbox.planetary_kinematics import MeshOfMembers, speeds_of_members
 from exugear.gearbox.planetary_phases import (
     check_pairs,
@@ -106,6 +107,12 @@ class Planetary:
                   [m], its direction from x in the reference configuration [rad]. It turns with the carrier as
                   errors of the pins do, so that shares stay. An axis of carrier, sun or ring beside the others in the
                   housing, Shaft(offset=Placement(x=...)), lets shares vary once in a turn of the carrier
+    carrier_stiffness
+                  `exugear.Housing` of the carrier, mounted where its shaft takes the torque: its seats are those of
+                  the planets on their pins, ("planet 1", axial position), and of bearings of the carrier's shaft, its
+                  axes those of the gearbox in the reference configuration, with which they turn. By default, and at
+                  pins without a seat, pins follow the carrier's shaft rigidly. `load_distribution` takes it whole, runs
+                  in series with each pin where that changes the energy of the pins by less than 1 %. Needs pin=
     damping, damping_ratio
                   of every mesh, as of an `exugear.Stage`; the ratio is that of planet and sun or ring on a carrier that
                   stands
@@ -145,6 +152,7 @@ class Planetary:
     pin: Annotated[Any, check_pin] = field(default=None, kw_only=True)
     pin_errors: Any = field(default=None, kw_only=True)
     eccentricity: Any = field(default=None, kw_only=True)
+    carrier_stiffness: Housing | None = field(default=None, kw_only=True)
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
     step_angle: Any = field(default=0.0, kw_only=True)
@@ -175,6 +183,8 @@ class Planetary:
         self._check_planets()
         self._check_room()
         self._check_ring(ring_meshes)
+        ideal = "carrier_stiffness needs planets on pins that yield; pass pin=Bearing(radial=...)"
+        require(self.carrier_stiffness is None or self.pin is not None, ideal)
         if self.ring_modes is not None:
             rigid = {id(mesh): without_ring_modes(mesh, self.ring_modes) for mesh in ring_meshes}
             ring_meshes = [rigid[id(mesh)] for mesh in ring_meshes]

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cache, cached_property
 from math import cos, inf, pi, sin
+from typing import Any
 
 import numpy as np
 
@@ -276,21 +277,7 @@ class RollingBearing:
         require(angular == (alpha != 0), f"alpha must be given for bearings with a contact angle only, got {alpha:g}")
         if angular:
             _check_angle(alpha, direction)
-        sizes = Sizes(d, D, B, C, C_0, alpha)
-        diameter = pitch_diameter(sizes)
-
-        def row_of(Z: int, D_w: float, length: float) -> Row:
-            if kind == "deep groove":
-                return cls.deep_groove(Z=Z, D_w=D_w, D_pw=diameter, clearance=clearance).rows[0]
-            if kind == "angular contact":
-                return cls.angular_contact(Z=Z, D_w=D_w, D_pw=diameter, alpha=alpha, direction=direction).rows[0]
-            length = max(length, 0.1 * D_w)
-            if kind == "cylindrical roller":
-                return cls.cylindrical_roller(Z=Z, D_w=D_w, D_pw=diameter, L_we=length, clearance=clearance).rows[0]
-            return _roller_row(Z, D_w, diameter, length, LAMINAE, alpha, direction, TAPERED_DROP, 0.0)
-
-        row, others = estimated_row(kind, sizes, row_of)
-        text = described(row, others, sizes)
+        row, text = _estimate(kind, Sizes(d, D, B, C, C_0, alpha), direction, clearance)
         return cls(kind, (row,), C=C, damping_time=damping_time, drag=drag, estimate=text)
 
     @classmethod
@@ -506,6 +493,26 @@ class LoadedBearing:
     def life(self) -> float:
         """L_10r [revolutions] (ISO/TS 16281): reached by 90 % of such bearings under this load, lubricated well."""
         return self.bearing.life(self.displacement)
+
+
+@cache
+def _estimate(kind: str, sizes: Sizes, direction: int, clearance: float) -> tuple[Row, str]:
+    """The row estimated for a bearing of a catalogue, and how well it fits; kept, as a gearbox has many of a size."""
+    diameter = pitch_diameter(sizes)
+
+    def row_of(Z: int, D_w: float, length: float) -> Row:
+        row: dict[str, Any] = {"Z": Z, "D_w": D_w, "D_pw": diameter}
+        if kind == "deep groove":
+            return RollingBearing.deep_groove(**row, clearance=clearance).rows[0]
+        if kind == "angular contact":
+            return RollingBearing.angular_contact(**row, alpha=sizes.alpha, direction=direction).rows[0]
+        length = max(length, 0.1 * D_w)
+        if kind == "cylindrical roller":
+            return RollingBearing.cylindrical_roller(**row, L_we=length, clearance=clearance).rows[0]
+        return _roller_row(Z, D_w, diameter, length, LAMINAE, sizes.alpha, direction, TAPERED_DROP, 0.0)
+
+    row, others = estimated_row(kind, sizes, row_of)
+    return row, described(row, others, sizes)
 
 
 def comes_apart(bearing: RollingBearing, q: np.ndarray) -> bool:

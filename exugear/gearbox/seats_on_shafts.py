@@ -1,10 +1,12 @@
 """Bearings between shafts: the seat of such a bearing is a position on another shaft, coaxial with its own."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.drag import AnyDrag
 from exugear.gearbox.gear_train import CLOSED
 from exugear.gearbox.housing import Housing, Seat, bearing_on, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
@@ -44,7 +46,10 @@ def checked_seats(
         _check_kinds(stages, shafts, name, on)
         bearing = bearing_on(shafts, (name, known[0]))
         rolls = isinstance(bearing, RollingBearing) and bearing.cage_rolls
-        require(not rolls, f"between: the cage of the bearing {label} rolls, which is not built between shafts")
+        standing = "leave rolling() out, its cage then stands"
+        require(
+            not rolls, f"between: the cage of the bearing {label} rolls, which is not built between shafts; {standing}"
+        )
         housed = seat_number(housing, name, known[0]) is not None
         require(not housed, f"between: the bearing {label} has a seat in the housing, too; name one of them")
         _check_node(shafts[on], at, carrying)
@@ -83,6 +88,36 @@ def _check_carried(shafts: Mapping[str, Shaft], seats: Mapping[Seat, Seat]) -> N
         carried |= {name for (name, _), (on, _) in seats.items() if on in carried}
     floating = sorted({*shafts} - carried)
     require(not floating, f"between: shafts {floating} carry one another alone; give one of them a bearing on ground")
+
+
+class DragBetween(NamedTuple):
+    """A drag between two shafts, by their names: of the bearing of one on a seat that the other one carries."""
+
+    carried: str
+    carrying: str
+    drag: AnyDrag
+
+
+def drags_between(between: Mapping[Seat, Seat], shafts: Mapping[str, Shaft]) -> tuple[DragBetween, ...]:
+    """The drags of the bearings between shafts."""
+    bearings = [(name, on, bearing_on(shafts, (name, axial))) for (name, axial), (on, _) in between.items()]
+    return tuple(DragBetween(name, on, bearing.drag) for name, on, bearing in bearings if bearing.drag)
+
+
+def without_drags(shaft: Shaft, positions: Sequence[float]) -> Shaft:
+    """A shaft whose bearings at axial positions [m] have no drag."""
+    braking = [x for x in positions if shaft.bearings[x].drag]
+    if not braking:
+        return shaft
+    parts: dict[float, Any] = dict(shaft.parts)
+    for axial in braking:
+        bearing: Any = shaft.bearings[axial]
+        parts[axial] = tuple(replace(bearing, drag=None) if x is bearing else x for x in _group(parts[axial]))
+    return replace(shaft, parts=parts)
+
+
+def _group(part: Any) -> tuple:
+    return tuple(part) if isinstance(part, tuple | list) else (part,)
 
 
 def names_between(between: Mapping[Seat, Seat]) -> set[str]:

@@ -45,6 +45,7 @@ class ShaftMotion:
     twists, twist_rates
                   (n, n_torsion) coordinates of its torsion, and their rates
     beside        (n_torsion, n_torsion) mass over these coordinates beside the inertias of the shaft and its rotors
+    twist_damping (n_torsion, n_torsion) damping over these coordinates, without that of couplings
     seats         axial position of each bearing on a seat that moves -> motion (n, 6) of the seat and its rate
     """
 
@@ -58,6 +59,7 @@ class ShaftMotion:
     twists: np.ndarray | None = None
     twist_rates: np.ndarray | None = None
     beside: np.ndarray | None = None
+    twist_damping: np.ndarray | None = None
     seats: Mapping[float, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     def in_bearing(self, shaft: Shaft, axial: float) -> tuple[np.ndarray, np.ndarray]:
@@ -339,12 +341,15 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
 
 
 def elastic_loss(motion: ShaftMotion) -> np.ndarray:
-    """(n,) power [W] that the damping of an elastic shaft dissipates; 0 of a rigid one."""
+    """(n,) power [W] that the damping of an elastic shaft dissipates, without that of its couplings; 0 of a rigid one.
+
+    What the damper towards a free end takes beyond the share of the modes is negative here: count both together.
+    """
     loss = np.zeros(motion.spin.size)
     if motion.elastic and motion.q_t is not None:
         loss += motion.q_t[:, 5:] ** 2 @ motion.elastic.damping
-    if motion.elastic and motion.twist_rates is not None:
-        loss += _forms(motion.twist_rates, motion.elastic.torsion.damping)
+    if motion.elastic and motion.twist_rates is not None and motion.twist_damping is not None:
+        loss += _forms(motion.twist_rates, motion.twist_damping)
     return loss
 
 

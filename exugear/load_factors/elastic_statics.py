@@ -9,7 +9,8 @@ torques, external forces and weight of shafts. Each term is convex, and so is U:
 finds its minimum, also where bearings have clearance and where a part of the face carries no load.
 
 The coordinates of a planet are its motion on its pin. The pin follows its carrier as a rigid body from the axis of the
-carrier at the axial position of the pin on.
+carrier at the axial position of the pin on; where the carrier yields (`Planetary.carrier_stiffness`), its seats have
+coordinates s against this rigid motion, with its stiffness.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +28,7 @@ from exugear.gearbox.bearing_law import potential
 from exugear.gearbox.constant_loads import IDLE, mesh_forces
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.housing import PER_SEAT, seat_label, seat_number
+from exugear.gearbox.housing import PER_SEAT, Housing, Seat, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing, comes_apart
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
@@ -110,11 +111,15 @@ class Support:
 
 
 class Pin(NamedTuple):
-    """Where a planet stands on its carrier: axial position and position (x, y) from the carrier's axis [m]."""
+    """Where a planet stands on its carrier: axial position and position (x, y) from the carrier's axis [m].
+
+    seat   first coordinate of its seat on a carrier that yields, else None
+    """
 
     carrier: str
     axial: float
     arm: tuple[float, float]
+    seat: int | None = None
 
     @property
     def angle(self) -> float:
@@ -129,6 +134,10 @@ class Pin(NamedTuple):
         motion[2, 3], motion[2, 4] = y, -x
         return motion
 
+    def yielding(self, axial: float, n: int) -> np.ndarray:
+        """(6, n) motion of the pin's axis at an axial position [m] against the carrier, by all n coordinates."""
+        return np.zeros((6, n)) if self.seat is None else _over_all(n, self.seat, rigid_motion(axial - self.axial))
+
 
 @dataclass(frozen=True, eq=False)
 class ElasticTrain:
@@ -142,6 +151,7 @@ class ElasticTrain:
     meshes      the meshes
     free        (n,) whether a coordinate moves
     pins        of the planets
+    seats       first coordinate of each seat in the housing and on carriers that yield
     """
 
     shafts: Mapping[str, StaticShaft]
@@ -152,12 +162,13 @@ class ElasticTrain:
     meshes: Sequence[FaceMesh]
     free: np.ndarray
     pins: Mapping[str, Pin]
+    seats: Mapping[Seat, int]
 
     def rows_at(self, shaft: str, axial: float) -> np.ndarray:
         """(6, n) motion of a shaft at an axial position [m] by all coordinates, of a planet with its carrier."""
         rows = _over_all(self.load.size, self.first[shaft], self.shafts[shaft].motion_at(axial))
         if pin := self.pins.get(shaft):
-            rows += pin.carried(axial) @ self.rows_at(pin.carrier, pin.axial)
+            rows += pin.carried(axial) @ self.rows_at(pin.carrier, pin.axial) + pin.yielding(axial, self.load.size)
         return rows
 
     def motion_of(self, shaft: str, q: np.ndarray) -> np.ndarray:
@@ -168,6 +179,7 @@ class ElasticTrain:
         if pin := self.pins.get(shaft):
             of_carrier = self.rows_at(pin.carrier, pin.axial) @ q
             motion = motion + np.array([pin.carried(float(axial)) @ of_carrier for axial in static.nodes])
+            motion = motion + np.array([pin.yielding(float(axial), q.size) @ q for axial in static.nodes])
         return motion
 
     def energies(self, q: np.ndarray) -> tuple[float, list[float]]:
@@ -196,7 +208,7 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     faces = [
         face_of(gearbox, stage, -1 if f < 0 else 1, parts) for stage, f in zip(gearbox.stages, forces, strict=True)
     ]
-    pins = pins_of(gearbox)
+    pins, of_carriers = pins_of(gearbox), gearbox.elastic_carriers
     points: dict[str, list[float]] = {shaft.name: [] for shaft in gearbox.shafts}
     for stage, face in zip(gearbox.stages, faces, strict=True):
         for (name, position), offset in zip(stage.ends, (0.0, face.offset), strict=True):
@@ -208,13 +220,14 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
     statics = {shaft.name: static_shaft(shaft, points[shaft.name]) for shaft in gearbox.shafts}
     sizes = [static.free.size for static in statics.values()]
     first = dict(zip(statics, np.r_[0, np.cumsum(sizes)[:-1]].tolist(), strict=True))
-    housing, n_shafts = gearbox.housing, sum(sizes)
-    n = n_shafts + (PER_SEAT * len(housing.seats) if housing else 0)
+    housings = [*([gearbox.housing] if gearbox.housing else []), *of_carriers.values()]
+    seats, n = seats_behind(sum(sizes), housings)
     stiffness, load, free = np.zeros((n, n)), np.zeros(n), np.zeros(n, bool)
     supports = []
-    if housing:
-        moves = n_shafts + np.flatnonzero(housing.over_six.ravel())
+    for housing in housings:
+        moves = seats[housing.seats[0]] + np.flatnonzero(housing.over_six.ravel())
         stiffness[np.ix_(moves, moves)], free[moves] = housing.seat_stiffness, True
+    pins = {name: pin._replace(seat=seat_on(gearbox, seats, name, pin.axial)) for name, pin in pins.items()}
     held = {*gearbox.independent, *gearbox.held}
     for shaft in gearbox.shafts:
         static, part = statics[shaft.name], slice(first[shaft.name], first[shaft.name] + statics[shaft.name].free.size)
@@ -230,15 +243,14 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
         axes = _along(pins[shaft.name].angle) if shaft.name in pins else np.eye(5)
         for axial, bearing in shaft.bearings.items():
             rows = axes @ _over_all(n, first[shaft.name], static.motion_at(axial)[:5])
-            seat = seat_number(housing, shaft.name, axial)
-            if seat is not None:
-                at_seat = n_shafts + PER_SEAT * seat
-                rows[:, at_seat : at_seat + 5] -= np.eye(5)
+            seat = seat_on(gearbox, seats, shaft.name, axial)
+            if seat is not None and shaft.name not in pins:
+                rows[:, seat : seat + 5] += np.eye(5) if shaft.name in of_carriers else -np.eye(5)
             if (shaft.name, axial) in gearbox.between:
                 on, at = gearbox.between[shaft.name, axial]
                 rows -= axes @ _over_all(n, first[on], statics[on].motion_at(at)[:5])
             supports.append(Support(shaft, axial, bearing, rows, axes))
-    train = ElasticTrain(statics, first, stiffness, load, supports, [], free, pins)
+    train = ElasticTrain(statics, first, stiffness, load, supports, [], free, pins, seats)
     meshes = []
     numbered = zip(faces, forces, idle, gearbox.gaps, gearbox.ring_angles, strict=True)
     for face, force, open_mesh, of_teeth, ring_angle in numbered:
@@ -250,6 +262,20 @@ def elastic_train(gearbox: Gearbox, loads: Mapping[str, float], parts: int) -> E
         gap = of_teeth + _gap_by_displacement(gearbox, face)
         meshes.append(replace(face, rows=rows, force=carried, gap=gap, ring_angle=ring_angle))
     return replace(train, meshes=meshes)
+
+
+def seats_behind(first: int, housings: Sequence[Housing]) -> tuple[dict[Seat, int], int]:
+    """First coordinate of each seat of several housings, from a coordinate on, and the number of all coordinates."""
+    every = [seat for housing in housings for seat in housing.seats]
+    return {seat: first + PER_SEAT * i for i, seat in enumerate(every)}, first + PER_SEAT * len(every)
+
+
+def seat_on(gearbox: Gearbox, seats: Mapping[Seat, int], shaft: str, axial: float) -> int | None:
+    """First coordinate of the seat of a bearing; None where it stands on ground, or its pin follows rigidly."""
+    carrier = gearbox.planets.get(shaft, gearbox.ends[shaft]).name
+    housing = gearbox.elastic_carriers.get(carrier, gearbox.housing)
+    number = seat_number(housing, shaft, axial)
+    return None if number is None or housing is None else seats[housing.seats[number]]
 
 
 def pins_of(gearbox: Gearbox) -> dict[str, Pin]:

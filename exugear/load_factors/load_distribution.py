@@ -98,9 +98,10 @@ def load_distribution(
     out.
 
     Planetary sets stand in their reference configuration. Planets move on their pins, which follow the carrier rigidly
-    from its axis on: its sections bend and twist up to the middle of a pin. Errors of pins, also those by which they
-    lean, teeth of unlike thickness, and displaced members share the load among the planets. A floating sun is one on
-    soft bearings.
+    from its axis on: its sections bend and twist up to the middle of a pin. With `Planetary(carrier_stiffness=)` pins
+    and bearings of the carrier are displaced and tilted against it by its whole stiffness. Errors of pins, also those
+    by which they lean, teeth of unlike thickness, and displaced members share the load among the planets. A floating
+    sun is one on soft bearings.
 
     Returns a Dataset over `mesh` and `face` (parts of the face from -1/2 to 1/2 of the common width, along z), `shaft`
     and `point` (from one end of the shaft to the other), `bearing`, `direction`:
@@ -124,7 +125,8 @@ def load_distribution(
     tilt, twist     (shaft, axis, point) and (shaft, point) [rad]; twist from the end that is held on
     bearing_force   on the shaft (bearing, direction) [N]; bearing_moment (bearing, axis) [N m];
     bearing_displacement, bearing_tilt   of the shaft against its seat [m, rad]; with a housing seat_displacement of
-                    the seats (seat, direction) [m]
+                    the seats (seat, direction) [m] and seat_tilt (seat, axis) [rad]; of seats on a carrier against its
+                    shaft
     energy          (part) [J]: shafts, bearings and springs of the meshes; NaN of the teeth of finite elements
 
     Raises ValueError for bad input, loads that bearings do not carry (`NotCarried`), and planets whose back flanks
@@ -435,9 +437,10 @@ def _dataset(box: Gearbox, springs: Solution, solution: Solution, *, constant: b
     add("mesh_stiffness", ("mesh",), solution.stiffness, "N/m^2", "stiffness per face width of method B")
     _add_shafts(add, box, train, q)
     _add_bearings(add, train, q)
-    if box.housing:
-        at_seats = q[-PER_SEAT * len(box.housing.seats) :].reshape(-1, PER_SEAT)[:, :3]
-        add("seat_displacement", ("seat", "direction"), at_seats, "m", "displacement of the housing at its seats")
+    if train.seats:
+        at_seats = np.array([q[first : first + PER_SEAT] for first in train.seats.values()])
+        add("seat_displacement", ("seat", "direction"), at_seats[:, :3], "m", "displacement of the seats")
+        add("seat_tilt", ("seat", "axis"), at_seats[:, 3:5], "rad", "slope of the seats, about x and y")
     shafts, bearings = train.energies(q)
     loads = zip(solution.line_loads, meshes, solution.stiffness, strict=True)
     teeth = sum(float((load**2).sum()) * mesh.part / (2 * c) for load, mesh, c in loads) if constant else np.nan
@@ -461,8 +464,8 @@ def _dataset(box: Gearbox, springs: Solution, solution: Solution, *, constant: b
         ),
         "part": ["shafts", "bearings", "meshes"],
     }
-    if box.housing:
-        coordinates["seat"] = [seat_label(seat) for seat in box.housing.seats]
+    if train.seats:
+        coordinates["seat"] = [seat_label(seat) for seat in train.seats]
     return xr.Dataset(variables, coordinates)
 
 

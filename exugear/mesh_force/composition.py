@@ -14,61 +14,86 @@ solves for x. All forces derive from one potential, that of the single tooth pai
 
 so that dF/dy = sum k_p r_p with (1 + (E'' + i') k) r = 1, and dV/dphase is the sum of derivatives at fixed f: sum
 dU_p/ds - sum of the work of di_p/ds - dE/ds (`fem.ste.tooth_pairs`).
+
+In a call s does not change: range, nodes and increments are interpolated over it once (`PAIR`), and Newton's method
+evaluates polynomials over the load alone. That takes a third of the time of whole potentials in each iteration.
 """
 
-from math import ceil, floor, inf, nan, sqrt
-from typing import NamedTuple
+from math import ceil, floor, inf, nan
 
 from numba import carray
 
-from exugear.mesh_force.block_potential import CONTINUED, Potential, block_potential, centroid_of_block
-from exugear.mesh_force.kernel_records import doubles_at, reader, stack_of, start_of
-from exugear.mesh_force.layout import INCREMENT, TEETH
-from exugear.mesh_force.patches import Cell, Range, phase_cell, range_of, table_at
-from exugear.mesh_force.pchip import hermite, hermite_bend_weights, hermite_slope, weighted
+from exugear.mesh_force.block_potential import (
+    CONTINUED,
+    MID_PLANE,
+    Potential,
+    centroid_of_block,
+    derivatives,
+)
+from exugear.mesh_force.increments import (
+    INTERVAL,
+    beside_sum,
+    increment,
+    load_interval,
+    unloaded_increment,
+    variant_of,
+    write_interval,
+)
+from exugear.mesh_force.kernel_records import doubles_at, reader, record_type, records_on_stack, start_of
+from exugear.mesh_force.layout import TEETH
+from exugear.mesh_force.patches import (
+    Cell,
+    Jet,
+    Patch,
+    Range,
+    along_phase,
+    load_cell,
+    nodes_of,
+    phase_cell,
+    quintic,
+    range_of,
+    table_at,
+)
+from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
 from fem.support.numba_cache import apart, compiled
 
-#: Most tooth pairs that may touch at a time, and floats for each: its position, deflections, loads and their slopes.
-MOST, ROWS = 8, 23
-SPACE = MOST * (ROWS + 5 * MOST)
-S, FREE, X, LOAD, STIFFNESS, LOAD_BY_S, ENERGY, BY_S, BY_LEVER, INCREASE, INCREASE_SLOPE = range(11)
-RIGHT, FURTHER, VARIANT_1, VARIANT_2, LARGEST, UNLOADED = range(11, 17)
-MOMENT, MOMENT_BY_LOAD, MOMENT_BEND, MOMENT_BY_S, MOMENT_BY_LOAD_S, TILT = range(17, ROWS)
-MATRIX, COUPLINGS = ROWS, ROWS + MOST
-#: Tilts of the tooth pair of a row by the load on that of a column, and their slopes by s; tilts by moments above, and
-#: their slopes below the diagonal.
-TILTS, TILTS_BY_S, BY_MOMENTS = (ROWS + i * MOST for i in (2, 3, 4))
-#: Newton's method ends where a step is this share of the deflection; the last step then changes the loads linearly.
-CONVERGED, STEPS = 1e-4, 40
+#: Most tooth pairs that may touch at a time.
+MOST = 8
+#: A tooth pair in a call: its position s, the deflection of the mesh at which it touches, and the actual one less its
+#: pitch deviation; its own deflection x, and the largest x that Newton's method may take; cell of s in the single
+#: table, and `Range` there; numbers of the increments of pinion, wheel and both beside the sum (-1: none), of the whole
+#: block, whether there are any, and their value without load with its slope by s.
+#: Over the load: number of the interval of the potential in which x lies (-1: none yet), and the jets at its ends;
+#: number of the interval of the increments, and its numbers.
+#: At x: load, stiffness, slope of the load by s; of the potential that is stationary at the solution the value, and its
+#: slopes by s and lever; of the increment the value and its slope by the load; moment of the load with its derivatives,
+#: the tilt on which it works. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by
+#: s below; tilts of this tooth pair by the loads of others, and their slopes by s; tilts by moments above, and their
+#: slopes below the diagonal. Three right sides, and then their solutions: what is not balanced, what the phase moves,
+#: and 1.
+PAIR = record_type(
+    *((name, "f8") for name in ("s", "touches", "free", "x", "largest_x")),
+    *(("low", "i8"), ("high", "i8"), ("share", "f8")),
+    *((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope", "largest_force")),
+    *(("variants", "i8", 3), ("varies", "i8"), ("further", "f8"), ("further_slope", "f8")),
+    *(("load_cell", "i8"), ("jets", "f8", 6), ("interval", "i8"), ("increments", "f8", INTERVAL)),
+    *((name, "f8") for name in ("load", "stiffness", "load_by_s", "energy", "by_s", "by_lever")),
+    *((name, "f8") for name in ("increase", "increase_slope", "moment", "moment_by_load", "moment_bend")),
+    *((name, "f8") for name in ("moment_by_s", "moment_by_load_s", "tilt")),
+    *((name, "f8", MOST) for name in ("matrix", "coupling", "tilts", "tilts_by_s", "by_moments")),
+    ("right", "f8", 3),
+)
+#: Newton's method ends where a step is this share of the deflection of each tooth pair, of which the square is left: a
+#: last step then changes the loads linearly.
+SMALL, STEPS = 0.1, 40
+#: Least penetration of which that share is taken, over the largest one.
+LIGHT = 1e-3
 #: Least slope of what a tooth pair deflects by what it would deflect alone, as of tooth pairs that hardly touch beside
-#: heavily loaded ones; least t, the root of the load, at which the bend of moments is taken.
-LEAST_SLOPE, LEAST_T = 0.1, 1e-2
-#: Gauss points and weights in [0, 1], exact for polynomials of the fifth degree.
-GAUSS = ((0.1127016653792583, 5 / 18), (0.5, 8 / 18), (0.8872983346207417, 5 / 18))
-teeth_at, increment_at = reader(TEETH), reader(INCREMENT)
-INCREMENT_SIZE = INCREMENT.itemsize
-
-
-class Increment(NamedTuple):
-    """Further deflection of a tooth [m], its slopes by load and position, its work [J] and the slope of that by s.
-
-    Likewise the moment of its load [N m], its first and second derivative by the load, and the slopes by s of the
-    moment and of its first derivative.
-    """
-
-    value: float
-    by_load: float
-    by_s: float
-    work: float
-    work_by_s: float
-    moment: float
-    moment_by_load: float
-    moment_bend: float
-    moment_by_s: float
-    moment_by_load_s: float
-
-
-NONE = Increment(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+#: heavily loaded ones.
+LEAST_SLOPE = 0.1
+#: Most deviation of a tooth pair from its place by pitch deviations [pitches].
+MOST_TURN = 0.05
+teeth_at, pairs_on_stack = reader(TEETH), records_on_stack(PAIR, MOST)
 
 
 @compiled
@@ -109,446 +134,390 @@ def coupling(teeth, kind, distance, s):
 
 
 @compiled
-def increment(teeth, variant, s, load):
-    """`Increment` of a variant (>= 0) at a position under a load [N]."""
-    n, m = teeth.placed, teeth.loads
-    at = min(max((s - teeth.placed_first) * teeth.placed_steps, 0.0), n - 1.0)
-    i = min(int(at), n - 2)
-    t = at - i
-    within = min(sqrt(max(load, 0.0) / teeth.largest_load), 1.0)
-    u = within * (m - 1)
-    j = min(int(u), m - 2)
-    w, first = u - j, start_of(teeth) + teeth.increments_start
-    low, high = (
-        first + INCREMENT_SIZE * ((variant * n + i) * m + j),
-        first + INCREMENT_SIZE * ((variant * n + i + 1) * m + j),
-    )
-    a, b = increment_at(low), increment_at(high)
-    c, d = increment_at(low + INCREMENT_SIZE), increment_at(high + INCREMENT_SIZE)
-    p, q = hermite(t, a.value, a.by_s, b.value, b.by_s), hermite(t, c.value, c.by_s, d.value, d.by_s)
-    p_t, q_t = hermite(t, a.by_t, a.by_t_s, b.by_t, b.by_t_s), hermite(t, c.by_t, c.by_t_s, d.by_t, d.by_t_s)
-    p_s, q_s = hermite_slope(t, a.value, a.by_s, b.value, b.by_s), hermite_slope(t, c.value, c.by_s, d.value, d.by_s)
-    p_ts = hermite_slope(t, a.by_t, a.by_t_s, b.by_t, b.by_t_s)
-    q_ts = hermite_slope(t, c.by_t, c.by_t_s, d.by_t, d.by_t_s)
-    work = hermite(t, a.work, a.work_by_s, b.work, b.work_by_s)
-    work_by_s = hermite_slope(t, a.work, a.work_by_s, b.work, b.work_by_s)
-    for g in range(3):
-        x, weight = w * GAUSS[g][0], w * GAUSS[g][1] / (m - 1)
-        scale = 2.0 * teeth.largest_load * weight * (j + x) / (m - 1)
-        work += scale * hermite(x, p, p_t, q, q_t)
-        work_by_s += scale * hermite(x, p_s, p_ts, q_s, q_ts)
-    value, by_s = hermite(w, p, p_t, q, q_t), hermite(w, p_s, p_ts, q_s, q_ts)
-    p_of, q_of = p, q
-    p, q = (
-        hermite(t, a.moment, a.moment_by_s, b.moment, b.moment_by_s),
-        hermite(t, c.moment, c.moment_by_s, d.moment, d.moment_by_s),
-    )
-    m_0, m_1 = (
-        hermite(t, a.moment_by_t, a.moment_by_t_s, b.moment_by_t, b.moment_by_t_s),
-        hermite(t, c.moment_by_t, c.moment_by_t_s, d.moment_by_t, d.moment_by_t_s),
-    )
-    p_s, q_s = (
-        hermite_slope(t, a.moment, a.moment_by_s, b.moment, b.moment_by_s),
-        hermite_slope(t, c.moment, c.moment_by_s, d.moment, d.moment_by_s),
-    )
-    m_0s, m_1s = (
-        hermite_slope(t, a.moment_by_t, a.moment_by_t_s, b.moment_by_t, b.moment_by_t_s),
-        hermite_slope(t, c.moment_by_t, c.moment_by_t_s, d.moment_by_t, d.moment_by_t_s),
-    )
-    moment, moment_by_s = hermite(w, p, m_0, q, m_1), hermite(w, p_s, m_0s, q_s, m_1s)
-    by_load = moment_by_load = moment_bend = moment_by_load_s = 0.0
-    steps = teeth.placed_steps if 0.0 < at < n - 1.0 else 0.0
-    if within < 1.0:
-        # slopes by t vanish at t = 0 as t does
-        by_root = (m - 1) / (2.0 * teeth.largest_load * max(within, 1e-6))
-        by_load = by_root * hermite_slope(w, p_of, p_t, q_of, q_t)
-        slope = hermite_slope(w, p, m_0, q, m_1)
-        moment_by_load, moment_by_load_s = by_root * slope, by_root * hermite_slope(w, p_s, m_0s, q_s, m_1s)
-        bend = weighted(hermite_bend_weights(w), p, m_0, q, m_1) - slope / max(u, 1e-6)
-        moment_bend = bend * ((m - 1) / (2.0 * teeth.largest_load * max(within, LEAST_T))) ** 2
-    else:
-        beyond = load - teeth.largest_load
-        work, work_by_s = work + beyond * value, work_by_s + beyond * by_s
-    return Increment(
-        value,
-        by_load,
-        steps * by_s,
-        work,
-        steps * work_by_s,
-        moment,
-        moment_by_load,
-        moment_bend,
-        steps * moment_by_s,
-        steps * moment_by_load_s,
-    )
-
-
-@compiled
-def variant_of(teeth, start, tooth):
-    """Number of the increment of a tooth; -1: none."""
-    return int(carray(doubles_at(start_of(teeth) + start + 8 * tooth), 1)[0])
-
-
-@compiled
-def increments_of(teeth, variant_1, variant_2, s, load):
-    """`Increment` of both teeth of a tooth pair, and what they have beside the sum."""
-    if variant_1 < 0 and variant_2 < 0:
-        return NONE
-    a = increment(teeth, variant_1, s, load) if variant_1 >= 0 else NONE
-    b = increment(teeth, variant_2, s, load) if variant_2 >= 0 else NONE
-    if variant_1 < 0 or variant_2 < 0:
-        return sum_of(a, b)
-    block = variant_1 - variant_1 % teeth.in_block
-    number = (variant_1 - block) * teeth.of_wheel + variant_2 - block - teeth.of_pinion
-    beside = int(carray(doubles_at(start_of(teeth) + teeth.meeting_start + 8 * number), 1)[0])
-    both = sum_of(a, b)
-    return sum_of(both, increment(teeth, block + beside, s, load)) if beside >= 0 else both
-
-
-@compiled
-def sum_of(a, b):
-    """Sum of two `Increment`."""
-    return Increment(
-        a.value + b.value,
-        a.by_load + b.by_load,
-        a.by_s + b.by_s,
-        a.work + b.work,
-        a.work_by_s + b.work_by_s,
-        a.moment + b.moment,
-        a.moment_by_load + b.moment_by_load,
-        a.moment_bend + b.moment_bend,
-        a.moment_by_s + b.moment_by_s,
-        a.moment_by_load_s + b.moment_by_load_s,
-    )
-
-
-@compiled
 def phase_of(table, cell: Cell):
     """Phase [pitches] of a cell of a table."""
     return (cell.low + cell.share) / table.steps_in_pitch
 
 
 @compiled
-def place_pairs(teeth, block, phase, space):
-    """Write position, pitch deviation and increments of all tooth pairs that may touch; the number of them."""
+def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
+    """Write position, range and deflections of all tooth pairs that touch at a deflection of the mesh.
+
+    (number of them, deflection at which the first one touches; that of any that may touch)
+    """
     whole = int(floor(phase))  # noqa: RUF046 (a float in compiled code)
-    ahead = phase - whole
+    ahead, first = phase - whole, inf
     k, n = int(ceil(teeth.first - ahead)), 0  # noqa: RUF046
+    tooth_1, tooth_2 = (k - whole) % teeth.z_1, (whole - k) % teeth.z_2
     while ahead + k <= teeth.last and n < MOST:
-        tooth_1, tooth_2 = (k - whole) % teeth.z_1, (whole - k) % teeth.z_2
         d_1, d_2 = pitch_of(teeth, teeth.pitch_1_start, tooth_1), pitch_of(teeth, teeth.pitch_2_start, tooth_2)
-        s = ahead + k + min(max((d_2 - d_1) * teeth.turn, -0.05), 0.05)
+        s = ahead + k + min(max((d_2 - d_1) * teeth.turn, -MOST_TURN), MOST_TURN)
         if teeth.first <= s <= teeth.last:
-            space[S * MOST + n], space[FREE * MOST + n] = s, d_1 + d_2
-            variant_1 = variant_of(teeth, teeth.variant_1_start, tooth_1)
-            variant_2 = variant_of(teeth, teeth.variant_2_start, tooth_2)
-            first = block * teeth.in_block
-            space[VARIANT_1 * MOST + n] = first + variant_1 if variant_1 >= 0 else -1
-            space[VARIANT_2 * MOST + n] = first + variant_2 if variant_2 >= 0 else -1
-            n += 1
+            pair = pairs[n]
+            pair.s, pair.free = s, deflection - (d_1 + d_2)
+            write_place(single, block, phase_cell(single, s - teeth.first), pair)
+            pair.varies, pair.further, pair.further_slope = 0, 0.0, 0.0
+            if teeth.in_block > 0:
+                write_variants(teeth, block, tooth_1, tooth_2, pair)
+            pair.touches = pair.unloaded + pair.further + d_1 + d_2
+            if lever != 0.0 and single.has_centroid != 0:
+                centroid = centroid_of_block(single, block, cell_of(pair), range_of_pair(pair), 0.0)
+                pair.touches += lever * centroid.value
+            first = min(first, pair.touches)
+            if pair.touches < deflection:
+                n += 1
         k += 1
-    return n
+        tooth_1 = tooth_1 + 1 if tooth_1 + 1 < teeth.z_1 else 0
+        tooth_2 = tooth_2 - 1 if tooth_2 > 0 else teeth.z_2 - 1
+    return n, first
 
 
 @compiled
-def solve_in_place(space, n, columns):
-    """Replace n values from RIGHT on, and from FURTHER on where there are two columns, by the solution of MATRIX."""
-    for i in range(n):
-        pivot = space[(MATRIX + i) * MOST + i]
-        for j in range(i + 1, n):
-            factor = space[(MATRIX + j) * MOST + i] / pivot
-            for k in range(i + 1, n):
-                space[(MATRIX + j) * MOST + k] -= factor * space[(MATRIX + i) * MOST + k]
-            for c in range(columns):
-                space[(RIGHT + c) * MOST + j] -= factor * space[(RIGHT + c) * MOST + i]
-    for c in range(columns):
-        for i in range(n - 1, -1, -1):
-            value = space[(RIGHT + c) * MOST + i]
-            for k in range(i + 1, n):
-                value -= space[(MATRIX + i) * MOST + k] * space[(RIGHT + c) * MOST + k]
-            space[(RIGHT + c) * MOST + i] = value / space[(MATRIX + i) * MOST + i]
+def write_place(single, block, cell: Cell, pair):
+    """Write the cell of a tooth pair in the table of a single one, and the range there."""
+    extent = range_of(single, block, cell)
+    pair.low, pair.high, pair.share = cell.low, cell.high, cell.share
+    pair.unloaded, pair.unloaded_slope = extent.unloaded, extent.unloaded_slope
+    pair.largest, pair.largest_slope, pair.largest_force = extent.largest, extent.largest_slope, extent.largest_force
+
+
+@compiled
+def write_variants(teeth, block, tooth_1, tooth_2, pair):
+    """Write which increments a tooth pair has, and what they are without load."""
+    variant_1 = variant_of(teeth, teeth.variant_1_start, tooth_1)
+    variant_2 = variant_of(teeth, teeth.variant_2_start, tooth_2)
+    first, variants = block * teeth.in_block, pair.variants
+    variants[0] = first + variant_1 if variant_1 >= 0 else -1
+    variants[1] = first + variant_2 if variant_2 >= 0 else -1
+    variants[2] = beside_sum(teeth, variants[0], variants[1])
+    if variant_1 >= 0 or variant_2 >= 0:
+        pair.varies = 1
+        pair.further, pair.further_slope = unloaded_increment(teeth, variants, pair.s)
+
+
+@compiled
+def cell_of(pair):
+    """`Cell` of a tooth pair in the table of a single one."""
+    return Cell(pair.low, pair.high, pair.share)
+
+
+@compiled
+def range_of_pair(pair):
+    """`Range` of a tooth pair."""
+    return Range(pair.unloaded, pair.unloaded_slope, pair.largest, pair.largest_slope, pair.largest_force)
 
 
 @apart
 def composed_range(table, block, cell: Cell):
     """`Range` of a composed law: where the first tooth pair touches, and up to where all reach."""
-    teeth, space = teeth_of(table), carray(stack_of(SPACE), SPACE)
-    single, n = single_of(teeth), place_pairs(teeth, block, phase_of(table, cell), space)
-    unloaded, unloaded_slope, end, end_slope, largest_force = inf, 0.0, inf, 0.0, 0.0
+    teeth, pairs = teeth_of(table), carray(pairs_on_stack(), MOST)
+    n, unloaded = place_pairs(teeth, single_of(teeth), block, phase_of(table, cell), inf, 0.0, pairs)
+    unloaded_slope, end, end_slope, largest_force = 0.0, inf, 0.0, 0.0
     for p in range(n):
-        s = space[S * MOST + p]
-        extent = range_of(single, block, phase_cell(single, s - teeth.first))
-        further = increments_of(teeth, int(space[VARIANT_1 * MOST + p]), int(space[VARIANT_2 * MOST + p]), s, 0.0)
-        touches = extent.unloaded + space[FREE * MOST + p] + further.value
-        if touches < unloaded:
-            unloaded, unloaded_slope = touches, extent.unloaded_slope + further.by_s
-        if touches + extent.largest < end:
-            end, end_slope = touches + extent.largest, extent.unloaded_slope + further.by_s + extent.largest_slope
-            largest_force = extent.largest_force
+        pair = pairs[p]
+        slope = pair.unloaded_slope + pair.further_slope
+        if pair.touches == unloaded:
+            unloaded_slope = slope
+        if pair.touches + pair.largest < end:
+            end, end_slope = pair.touches + pair.largest, slope + pair.largest_slope
+            largest_force = pair.largest_force
     return Range(unloaded, unloaded_slope, end - unloaded, end_slope - unloaded_slope, largest_force)
 
 
 @apart
 def composed_potential(table, block, cell: Cell, deflection, lever):
     """`Potential` of a composed law; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
-    teeth, space = teeth_of(table), carray(stack_of(SPACE), SPACE)
-    single = single_of(teeth)
-    n, least, largest_force, end = begin_pairs(teeth, single, block, phase_of(table, cell), deflection, lever, space)
+    teeth, pairs = teeth_of(table), carray(pairs_on_stack(), MOST)
+    single, largest_force, end = single_of(teeth), 0.0, inf
+    n, first = place_pairs(teeth, single, block, phase_of(table, cell), deflection, lever, pairs)
+    for p in range(n):
+        pair = pairs[p]
+        penetration, largest_force = deflection - pair.touches, max(largest_force, pair.largest_force)
+        if penetration > (1.0 + CONTINUED) * pair.largest:
+            end = min(end, pair.touches + pair.largest)
+        begin(pair, penetration)
+    penetration = deflection - first
     if n == 0:
-        return Potential(0.0, -least, 0.0, 0.0, 0.0, 0.0, 0.0, largest_force)
+        return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, largest_force)
     if end < inf:
         raise ValueError(deflection, end, nan, nan, table.side)
-    return solved_potential(teeth, single, block, lever, n, -least, largest_force, space)
+    if n == 1 and pairs[0].varies == 0:
+        return alone(single, block, pairs[0], lever, penetration)
+    solve(teeth, single, block, lever, n, pairs)
+    return summed(teeth, single, block, lever, n, penetration, largest_force, pairs)
 
 
 @compiled
-def begin_pairs(teeth, single, block, phase, deflection, lever, space):
-    """Write the tooth pairs that would touch alone: (number, least distance to contact, largest force, end).
-
-    end   deflection at which the first of them leaves its table, inf where none does
-    """
-    n, least, largest_force, end = 0, inf, 0.0, inf
-    for p in range(place_pairs(teeth, block, phase, space)):
-        s, free = space[S * MOST + p], deflection - space[FREE * MOST + p]
-        variant_1, variant_2 = space[VARIANT_1 * MOST + p], space[VARIANT_2 * MOST + p]
-        at = phase_cell(single, s - teeth.first)
-        extent = range_of(single, block, at)
-        free -= increments_of(teeth, int(variant_1), int(variant_2), s, 0.0).value
-        touches = extent.unloaded
-        if lever != 0.0 and single.has_centroid != 0:
-            touches += lever * centroid_of_block(single, block, at, extent, 0.0).value
-        least = min(least, touches - free)
-        if free > touches:
-            space[S * MOST + n], space[FREE * MOST + n] = s, deflection - space[FREE * MOST + p]
-            # couplings only add to deflections
-            space[X * MOST + n] = free
-            space[UNLOADED * MOST + n], space[STIFFNESS * MOST + n] = touches, extent.largest_force / extent.largest
-            space[INCREASE * MOST + n], space[INCREASE_SLOPE * MOST + n] = space[FREE * MOST + n] - free, 0.0
-            for k in range(MOMENT, ROWS):
-                space[k * MOST + n] = 0.0
-            space[LARGEST * MOST + n] = (
-                free if variant_1 < 0.0 and variant_2 < 0.0 else extent.unloaded + extent.largest
-            )
-            space[VARIANT_1 * MOST + n], space[VARIANT_2 * MOST + n] = variant_1, variant_2
-            largest_force = max(largest_force, extent.largest_force)
-            if free - touches > (1.0 + CONTINUED) * extent.largest:
-                end = min(end, deflection - (free - touches) + extent.largest)
-            n += 1
-    return n, least, largest_force, end
+def begin(pair, penetration):
+    """Let a tooth pair deflect by its secant stiffness, from which Newton's method begins."""
+    # couplings only add to deflections
+    pair.x = pair.free - pair.further
+    pair.largest_x = pair.x if pair.varies == 0 else pair.unloaded + pair.largest
+    pair.load_cell, pair.interval = -1, -1
+    pair.stiffness = pair.largest_force / pair.largest
+    pair.load = pair.stiffness * penetration
+    pair.increase, pair.increase_slope = pair.further, 0.0
+    pair.moment = pair.moment_by_load = pair.moment_bend = pair.moment_by_s = pair.moment_by_load_s = pair.tilt = 0.0
 
 
 @compiled
-def solved_potential(teeth, single, block, lever, n, penetration, largest_force, space):
-    """`Potential` of n tooth pairs that touch where no other does."""
-    if n > 1:
-        write_couplings(teeth, n, space)
-        begin(teeth, lever, n, space)
+def alone(single, block, pair, lever, penetration):
+    """`Potential` of a tooth pair that touches where no other does, without increments."""
+    u = single_potential(single, block, lever, pair, True)
+    return Potential(
+        u.energy, penetration, u.force, u.stiffness, u.force_by_phase, u.by_phase, u.by_lever, u.largest_force
+    )
+
+
+@compiled
+def solve(teeth, single, block, lever, n, pairs):
+    """Find deflections of n tooth pairs that touch, by Newton's method."""
+    write_couplings(teeth, n, pairs)
+    step(teeth, lever, n, pairs)
     for _ in range(STEPS):
-        varies, largest = write_loads(teeth, single, block, lever, n, space), 0.0
-        if n == 1 and not varies:
-            break
-        write_system(teeth, lever, n, space)
-        solve_in_place(space, n, 1)
         for p in range(n):
-            largest = max(largest, abs(space[RIGHT * MOST + p]))
-        if largest <= CONVERGED * penetration:
-            apply_last_step(n, space)
+            write_load(teeth, single, block, lever, pairs[p])
+        if step(teeth, lever, n, pairs):
             break
-        for p in range(n):
-            space[X * MOST + p] = min(space[X * MOST + p] - space[RIGHT * MOST + p], space[LARGEST * MOST + p])
-    return summed(teeth, lever, n, penetration, largest_force, space)
 
 
 @compiled
-def write_loads(teeth, single, block, lever, n, space):
-    """Write the potentials of single tooth pairs at the deflections X, and increments; whether there are any."""
-    varies = False
+def step(teeth, lever, n, pairs):
+    """Take a step of Newton's method; whether it is small for each tooth pair."""
+    write_system(teeth, lever, n, pairs)
+    solve_in_place(n, 1, pairs)
+    small = True
     for p in range(n):
-        s, variant_1, variant_2 = (
-            space[S * MOST + p],
-            int(space[VARIANT_1 * MOST + p]),
-            int(space[VARIANT_2 * MOST + p]),
-        )
-        u = potential_of_single(single, block, phase_cell(single, s - teeth.first), space[X * MOST + p], lever)
-        space[LOAD * MOST + p], space[STIFFNESS * MOST + p], space[LOAD_BY_S * MOST + p] = (
-            u.force,
-            u.stiffness,
-            u.force_by_phase,
-        )
-        # the part of the potential that is stationary at the solution
-        space[ENERGY * MOST + p] = u.energy + u.force * (space[FREE * MOST + p] - space[X * MOST + p])
-        space[BY_S * MOST + p], space[BY_LEVER * MOST + p] = u.by_phase, u.by_lever
-        space[INCREASE * MOST + p], space[INCREASE_SLOPE * MOST + p] = 0.0, 0.0
-        if variant_1 >= 0 or variant_2 >= 0:
-            varies = True
-            further = increments_of(teeth, variant_1, variant_2, s, u.force)
-            space[INCREASE * MOST + p], space[INCREASE_SLOPE * MOST + p] = further.value, further.by_load
-            space[ENERGY * MOST + p] -= further.work
-            space[BY_S * MOST + p] -= further.work_by_s
-            write_moment(p, further, space)
-    return varies
-
-
-@apart
-def potential_of_single(single, block, at: Cell, deflection, lever):
-    """`Potential` of a single tooth pair."""
-    return block_potential(single, block, at, deflection, lever)
+        pair = pairs[p]
+        small = small and abs(pair.right[0]) <= SMALL * max(abs(pair.x - pair.unloaded), LIGHT * pair.largest)
+        pair.x = min(pair.x - pair.right[0], pair.largest_x)
+    return small
 
 
 @compiled
-def write_moment(p, further: Increment, space):
-    """Write the moment of the load of a tooth pair, and its derivatives."""
-    space[MOMENT * MOST + p], space[MOMENT_BY_LOAD * MOST + p] = further.moment, further.moment_by_load
-    space[MOMENT_BEND * MOST + p], space[MOMENT_BY_S * MOST + p] = further.moment_bend, further.moment_by_s
-    space[MOMENT_BY_LOAD_S * MOST + p] = further.moment_by_load_s
+def write_load(teeth, single, block, lever, pair):
+    """Write load, stiffness and increment of a tooth pair at its deflection x."""
+    u = single_potential(single, block, lever, pair, False)
+    pair.load, pair.stiffness = u.force, u.stiffness
+    if pair.varies != 0:
+        write_increase(teeth, pair)
 
 
 @compiled
-def apply_last_step(n, space):
-    """Change loads and their slopes linearly by the last step of Newton's method."""
-    for p in range(n):
-        step, load = -space[RIGHT * MOST + p], space[LOAD * MOST + p]
-        further = space[STIFFNESS * MOST + p] * step
-        space[LOAD * MOST + p] = load + further
-        space[BY_S * MOST + p] += space[LOAD_BY_S * MOST + p] * step
-        if load > 0.0:
-            space[BY_LEVER * MOST + p] *= 1.0 + further / load
+def single_potential(single, block, lever, pair, moves):
+    """`Potential` of a tooth pair alone at x; ValueError beyond its range.
+
+    moves   whether slopes by the phase are wanted, else 0
+    """
+    raw, centroid, extent = pair.x - pair.unloaded, MID_PLANE, range_of_pair(pair)
+    if single.has_centroid != 0 and (moves or lever != 0.0):
+        centroid = centroid_of_block(single, block, cell_of(pair), extent, raw)
+    penetration = raw - lever * centroid.value
+    if penetration <= 0.0:
+        return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
+    share, m, n = penetration / extent.largest, single.penetration_steps, single.steps_in_pitch
+    if not share <= 1.0 + CONTINUED:
+        raise ValueError(pair.x, extent.unloaded + extent.largest, nan, nan, single.side)
+    load = load_cell(single, share)
+    if load.low != pair.load_cell:
+        write_jets(single, block, load.low, pair)
+    jets, by_phase, by_phase_u = pair.jets, 0.0, 0.0
+    value, first, second = quintic(load.share, Jet(jets[0], jets[1], jets[2]), Jet(jets[3], jets[4], jets[5]))
+    if moves:
+        a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), load.low)
+        weights = hermite_slope_weights(pair.share)
+        low, high = along_phase(weights, a, b), along_phase(weights, c, d)
+        by_phase, by_phase_u, _ = quintic(load.share, low, high)
+    w = Patch(value, m * first, m * m * second, n * by_phase, n * m * by_phase_u)
+    return derivatives(extent, centroid, penetration, lever, w, (load.low + load.share) / m)
 
 
 @compiled
-def write_couplings(teeth, n, space):
-    """Write couplings above, and their slopes by the position below the diagonal of COUPLINGS; likewise tilts."""
+def write_jets(single, block, j, pair):
+    """Write the jets over the load, at the ends of its interval j."""
+    a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), j)
+    jets, weights, pair.load_cell = pair.jets, hermite_weights(pair.share), j
+    jets[0], jets[1], jets[2] = along_phase(weights, a, b)
+    jets[3], jets[4], jets[5] = along_phase(weights, c, d)
+
+
+@compiled
+def write_increase(teeth, pair):
+    """Write the increment of a tooth pair at its load; returned whole."""
+    j, numbers = load_interval(teeth, pair.load), pair.increments
+    if j != pair.interval:
+        pair.interval = j
+        write_interval(teeth, pair.variants, pair.s, j, numbers)
+    further = increment(teeth, numbers, j, pair.load)
+    pair.increase, pair.increase_slope = further.value, further.by_load
+    pair.moment, pair.moment_by_load, pair.moment_bend = further.moment, further.moment_by_load, further.moment_bend
+    pair.moment_by_s, pair.moment_by_load_s = further.moment_by_s, further.moment_by_load_s
+    return further
+
+
+@compiled
+def write_couplings(teeth, n, pairs):
+    """Write couplings above, and their slopes by the position below the diagonal; likewise tilts."""
     for p in range(n):
         for q in range(p + 1, n):
-            s = space[S * MOST + p]
-            distance = int(space[S * MOST + q] - s + 0.5)
-            c, c_s = coupling(teeth, 0, distance, s)
-            space[(COUPLINGS + p) * MOST + q], space[(COUPLINGS + q) * MOST + p] = c, c_s
+            a, b = pairs[p], pairs[q]
+            distance = int(b.s - a.s + 0.5)
+            a.coupling[q], b.coupling[p] = coupling(teeth, 0, distance, a.s)
             if teeth.in_block > 0:
-                c, c_s = coupling(teeth, 1, distance, s)
-                space[(TILTS + p) * MOST + q], space[(TILTS_BY_S + p) * MOST + q] = c, c_s
-                c, c_s = coupling(teeth, 2, distance, s)
-                space[(TILTS + q) * MOST + p], space[(TILTS_BY_S + q) * MOST + p] = c, c_s
-                c, c_s = coupling(teeth, 3, distance, s)
-                space[(BY_MOMENTS + p) * MOST + q], space[(BY_MOMENTS + q) * MOST + p] = c, c_s
+                a.tilts[q], a.tilts_by_s[q] = coupling(teeth, 1, distance, a.s)
+                b.tilts[p], b.tilts_by_s[p] = coupling(teeth, 2, distance, a.s)
+                a.by_moments[q], b.by_moments[p] = coupling(teeth, 3, distance, a.s)
 
 
 @compiled
-def begin(teeth, lever, n, space):
-    """Write deflections X from secant stiffnesses, from which Newton's method begins."""
+def write_system(teeth, lever, n, pairs):
+    """Write the matrix 1 + (E'' + i') k, and what is not balanced as the first right side."""
     for p in range(n):
-        space[LOAD * MOST + p] = space[STIFFNESS * MOST + p] * (space[X * MOST + p] - space[UNLOADED * MOST + p])
-    write_system(teeth, lever, n, space)
-    solve_in_place(space, n, 1)
+        a = pairs[p]
+        a.right[0] = a.x + a.increase - a.free
+        a.matrix[p] = 1.0 + a.increase_slope * a.stiffness
     for p in range(n):
-        space[X * MOST + p] = min(space[X * MOST + p] - space[RIGHT * MOST + p], space[LARGEST * MOST + p])
-
-
-@compiled
-def write_system(teeth, lever, n, space):
-    """Write the matrix 1 + (E'' + i') k, and what is not balanced into RIGHT."""
-    for p in range(n):
-        space[RIGHT * MOST + p] = space[X * MOST + p] + space[INCREASE * MOST + p] - space[FREE * MOST + p]
-        space[(MATRIX + p) * MOST + p] = 1.0 + space[INCREASE_SLOPE * MOST + p] * space[STIFFNESS * MOST + p]
-    for p in range(n):
+        a = pairs[p]
         for q in range(p + 1, n):
-            c = space[(COUPLINGS + p) * MOST + q]
-            space[(MATRIX + p) * MOST + q] = c * space[STIFFNESS * MOST + q]
-            space[(MATRIX + q) * MOST + p] = c * space[STIFFNESS * MOST + p]
-            space[RIGHT * MOST + p] += c * space[LOAD * MOST + q]
-            space[RIGHT * MOST + q] += c * space[LOAD * MOST + p]
+            b, c = pairs[q], a.coupling[q]
+            a.matrix[q], b.matrix[p] = c * b.stiffness, c * a.stiffness
+            a.right[0] += c * b.load
+            b.right[0] += c * a.load
     if teeth.in_block > 0:
-        add_moments(lever, n, space)
+        add_moments(lever, n, pairs)
 
 
 @compiled
-def add_moments(lever, n, space):
-    """Add what moments of the loads couple to the matrix and to RIGHT, and write TILT."""
+def add_moments(lever, n, pairs):
+    """Add what moments of the loads couple to the matrix and to the first right side, and write tilts."""
     for p in range(n):
-        tilt, slope = lever, space[MOMENT_BY_LOAD * MOST + p]
+        a = pairs[p]
+        tilt, slope = lever, a.moment_by_load
         for q in range(n):
             if q != p:
-                tilted, further = space[(TILTS + p) * MOST + q], space[(TILTS + q) * MOST + p]
-                by_moment = space[(BY_MOMENTS + min(p, q)) * MOST + max(p, q)]
-                moment, slope_q = space[MOMENT * MOST + q], space[MOMENT_BY_LOAD * MOST + q]
-                tilt += tilted * space[LOAD * MOST + q] + by_moment * moment
-                space[RIGHT * MOST + p] += further * moment
-                space[(MATRIX + p) * MOST + q] += (further * slope_q + slope * (tilted + by_moment * slope_q)) * (
-                    space[STIFFNESS * MOST + q]
-                )
-        space[TILT * MOST + p] = tilt
-        space[RIGHT * MOST + p] += slope * tilt
-        diagonal = space[(MATRIX + p) * MOST + p] + space[MOMENT_BEND * MOST + p] * tilt * space[STIFFNESS * MOST + p]
-        space[(MATRIX + p) * MOST + p] = max(diagonal, LEAST_SLOPE)
+                b = pairs[q]
+                tilted, further = a.tilts[q], b.tilts[p]
+                by_moment = a.by_moments[q] if p < q else b.by_moments[p]
+                tilt += tilted * b.load + by_moment * b.moment
+                a.right[0] += further * b.moment
+                a.matrix[q] += (
+                    further * b.moment_by_load + slope * (tilted + by_moment * b.moment_by_load)
+                ) * b.stiffness
+        a.tilt = tilt
+        a.right[0] += slope * tilt
+        a.matrix[p] = max(a.matrix[p] + a.moment_bend * tilt * a.stiffness, LEAST_SLOPE)
 
 
 @compiled
-def summed(teeth, lever, n, penetration, largest_force, space):
-    """`Potential` from the loads of n tooth pairs."""
-    energy, force, by_phase, by_lever, force_by_s = 0.0, 0.0, 0.0, 0.0, 0.0
+def solve_in_place(n, columns, pairs):
+    """Replace the right sides, as many as there are columns, by their solutions."""
+    if n == 2:
+        a, b = pairs[0], pairs[1]
+        inverse = 1.0 / (a.matrix[0] * b.matrix[1] - a.matrix[1] * b.matrix[0])
+        for c in range(columns):
+            u, v = a.right[c], b.right[c]
+            a.right[c], b.right[c] = (
+                inverse * (b.matrix[1] * u - a.matrix[1] * v),
+                inverse * (a.matrix[0] * v - b.matrix[0] * u),
+            )
+    else:
+        eliminate(n, columns, pairs)
+
+
+@compiled
+def eliminate(n, columns, pairs):
+    """`solve_in_place` by Gauss."""
+    for i in range(n):
+        pivot = pairs[i]
+        for j in range(i + 1, n):
+            below = pairs[j]
+            factor = below.matrix[i] / pivot.matrix[i]
+            for k in range(i + 1, n):
+                below.matrix[k] -= factor * pivot.matrix[k]
+            for c in range(columns):
+                below.right[c] -= factor * pivot.right[c]
+    for c in range(columns):
+        for i in range(n - 1, -1, -1):
+            row = pairs[i]
+            value = row.right[c]
+            for k in range(i + 1, n):
+                value -= row.matrix[k] * pairs[k].right[c]
+            row.right[c] = value / row.matrix[i]
+
+
+@compiled
+def summed(teeth, single, block, lever, n, penetration, largest_force, pairs):
+    """`Potential` of n tooth pairs at their deflections x, and a last step from there."""
     for p in range(n):
-        energy, force = energy + space[ENERGY * MOST + p], force + space[LOAD * MOST + p]
-        by_phase, by_lever = by_phase + space[BY_S * MOST + p], by_lever + space[BY_LEVER * MOST + p]
-        force_by_s += space[LOAD_BY_S * MOST + p]
-    variant_1, variant_2 = int(space[VARIANT_1 * MOST]), int(space[VARIANT_2 * MOST])
-    if n == 1 and variant_1 < 0 and variant_2 < 0:
-        stiffness = space[STIFFNESS * MOST]
-        return Potential(energy, penetration, force, stiffness, force_by_s, by_phase, by_lever, largest_force)
+        write_potential(teeth, single, block, lever, pairs[p])
+    write_system(teeth, lever, n, pairs)
     for p in range(n):
-        s, load, by_s = space[S * MOST + p], space[LOAD * MOST + p], space[LOAD_BY_S * MOST + p]
-        variant_1, variant_2 = int(space[VARIANT_1 * MOST + p]), int(space[VARIANT_2 * MOST + p])
-        space[FURTHER * MOST + p] = 0.0
-        if variant_1 >= 0 or variant_2 >= 0:
-            further = increments_of(teeth, variant_1, variant_2, s, load)
-            space[FURTHER * MOST + p] = -further.by_s - further.by_load * by_s
-            write_moment(p, further, space)
-    write_system(teeth, lever, n, space)
+        pairs[p].right[2] = 1.0
+    energy = force = by_phase = by_lever = force_by_s = stiffness = 0.0
     for p in range(n):
-        space[RIGHT * MOST + p] = 1.0
-    for p in range(n):
+        a = pairs[p]
+        energy, by_phase = energy + a.energy, by_phase + a.by_s
         for q in range(p + 1, n):
-            c, c_s = space[(COUPLINGS + p) * MOST + q], space[(COUPLINGS + q) * MOST + p]
-            load_p, load_q = space[LOAD * MOST + p], space[LOAD * MOST + q]
-            energy -= c * load_p * load_q
-            by_phase -= c_s * load_p * load_q
-            space[FURTHER * MOST + p] -= c_s * load_q + c * space[LOAD_BY_S * MOST + q]
-            space[FURTHER * MOST + q] -= c_s * load_p + c * space[LOAD_BY_S * MOST + p]
+            b, c = pairs[q], a.coupling[q]
+            c_s = b.coupling[p]
+            energy -= c * a.load * b.load
+            by_phase -= c_s * a.load * b.load
+            a.right[1] -= c_s * b.load + c * b.load_by_s
+            b.right[1] -= c_s * a.load + c * a.load_by_s
     if teeth.in_block > 0:
-        of_energy, of_phase, moments = sum_moments(lever, n, space)
+        of_energy, of_phase, moments = sum_moments(lever, n, pairs)
         energy, by_phase, by_lever = energy - of_energy, by_phase - of_phase, by_lever - moments
-    solve_in_place(space, n, 2)
-    stiffness = 0.0
+    solve_in_place(n, 3, pairs)
     for p in range(n):
-        stiffness += space[STIFFNESS * MOST + p] * space[RIGHT * MOST + p]
-        force_by_s += space[STIFFNESS * MOST + p] * space[FURTHER * MOST + p]
+        a = pairs[p]
+        further = -a.stiffness * a.right[0]
+        force += a.load + further
+        by_phase -= a.load_by_s * a.right[0]
+        by_lever += a.by_lever * (1.0 + further / a.load) if a.load > 0.0 else 0.0
+        stiffness += a.stiffness * a.right[2]
+        force_by_s += a.load_by_s + a.stiffness * a.right[1]
     return Potential(energy, penetration, force, stiffness, force_by_s, by_phase, by_lever, largest_force)
 
 
 @compiled
-def sum_moments(lever, n, space):
-    """(energy, its slope by s at given loads, sum of moments); subtracts what moves with s from FURTHER."""
+def write_potential(teeth, single, block, lever, pair):
+    """Write load and potential of a tooth pair with their slopes, and how far it moves at given loads of the others."""
+    u = single_potential(single, block, lever, pair, True)
+    pair.load, pair.stiffness, pair.load_by_s = u.force, u.stiffness, u.force_by_phase
+    # the part of the potential that is stationary at the solution
+    pair.energy = u.energy + u.force * (pair.free - pair.x)
+    pair.by_s, pair.by_lever, pair.right[1] = u.by_phase, u.by_lever, 0.0
+    if pair.varies != 0:
+        further = write_increase(teeth, pair)
+        pair.energy -= further.work
+        pair.by_s -= further.work_by_s
+        pair.right[1] = -further.by_s - further.by_load * u.force_by_phase
+
+
+@compiled
+def sum_moments(lever, n, pairs):
+    """(energy, its slope by s at given loads, sum of moments); subtracts what moves with s from the second right side."""
     energy, by_s, moments = 0.0, 0.0, 0.0
     for p in range(n):
-        moment, slope = space[MOMENT * MOST + p], space[MOMENT_BY_LOAD * MOST + p]
-        moments += moment
-        energy += lever * moment
-        by_s += space[MOMENT_BY_S * MOST + p] * space[TILT * MOST + p]
-        bend = space[MOMENT_BY_LOAD_S * MOST + p] + space[MOMENT_BEND * MOST + p] * space[LOAD_BY_S * MOST + p]
-        moved = bend * space[TILT * MOST + p]
+        a = pairs[p]
+        moments += a.moment
+        energy += lever * a.moment
+        by_s += a.moment_by_s * a.tilt
+        moved = (a.moment_by_load_s + a.moment_bend * a.load_by_s) * a.tilt
         for q in range(n):
             if q != p:
-                low, high = min(p, q), max(p, q)
-                tilted, tilted_s = space[(TILTS + p) * MOST + q], space[(TILTS_BY_S + p) * MOST + q]
-                further, further_s = space[(TILTS + q) * MOST + p], space[(TILTS_BY_S + q) * MOST + p]
-                by_moment, by_moment_s = (
-                    space[(BY_MOMENTS + low) * MOST + high],
-                    space[(BY_MOMENTS + high) * MOST + low],
+                b = pairs[q]
+                tilted, tilted_s = a.tilts[q], a.tilts_by_s[q]
+                further, further_s = b.tilts[p], b.tilts_by_s[p]
+                by_moment, by_moment_s = a.by_moments[q], b.by_moments[p]
+                if q < p:
+                    by_moment, by_moment_s = by_moment_s, by_moment
+                moment_s = b.moment_by_s + b.moment_by_load * b.load_by_s
+                energy += a.moment * (tilted * b.load + 0.5 * by_moment * b.moment)
+                by_s += a.moment * (tilted_s * b.load + 0.5 * by_moment_s * b.moment)
+                moved += further_s * b.moment + further * moment_s
+                moved += a.moment_by_load * (
+                    tilted_s * b.load + tilted * b.load_by_s + by_moment_s * b.moment + by_moment * moment_s
                 )
-                moment_q, load_q, load_s = space[MOMENT * MOST + q], space[LOAD * MOST + q], space[LOAD_BY_S * MOST + q]
-                moment_s = space[MOMENT_BY_S * MOST + q] + space[MOMENT_BY_LOAD * MOST + q] * load_s
-                energy += moment * (tilted * load_q + 0.5 * by_moment * moment_q)
-                by_s += moment * (tilted_s * load_q + 0.5 * by_moment_s * moment_q)
-                moved += further_s * moment_q + further * moment_s
-                moved += slope * (tilted_s * load_q + tilted * load_s + by_moment_s * moment_q + by_moment * moment_s)
-        space[FURTHER * MOST + p] -= moved
+        a.right[1] -= moved
     return energy, by_s, moments

@@ -73,6 +73,24 @@ def reader(kind: np.dtype) -> Any:
     return record_at
 
 
+def records_on_stack(kind: np.dtype, number: int) -> Any:
+    """The function for kernels: () -> pointer to so many records of a type that live as long as the call.
+
+    They are not set. An array would be allocated and freed by each call, for a microsecond.
+    """
+
+    def on_stack(typing_context):
+        pointer = types.CPointer(from_dtype(kind))
+
+        def code(context, builder, signature, arguments):
+            floats = cgutils.alloca_once(builder, ir.DoubleType(), size=number * kind.itemsize // 8)
+            return builder.bitcast(floats, context.get_value_type(pointer))
+
+        return pointer(), code
+
+    return intrinsic(on_stack)
+
+
 def _start_of(typing_context, record):
     """The function for kernels: record -> its address."""
 
@@ -97,21 +115,7 @@ def _put_all(typing_context, address, values):
     return types.none(types.int64, values), code
 
 
-def _stack_of(typing_context, number):
-    """The function for kernels: constant number -> pointer to so many floats that live as long as the call.
-
-    An array would be allocated and freed by each call, for a microsecond.
-    """
-    count = number.literal_value
-
-    def code(context, builder, signature, arguments):
-        return cgutils.alloca_once(builder, ir.DoubleType(), size=count)
-
-    return types.CPointer(types.float64)(types.literal(count)), code
-
-
 start_of: Any = intrinsic(_start_of)
-stack_of: Any = intrinsic(prefer_literal=True)(_stack_of)
 put_all: Any = intrinsic(_put_all)
 #: The function for kernels: (array, n) -> its n floats as a tuple.
 as_tuple: Any = ndarray.to_fixed_tuple

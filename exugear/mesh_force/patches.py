@@ -101,12 +101,19 @@ def range_of(table, block, phase):
 
 
 @compiled(forceinline=True)
-def patch(table, start, block, phase, load):
-    """`Patch` of a block of the nodes that begin at start [bytes from the head]."""
+def nodes_of(table, start, block, phase, j):
+    """Nodes of a block at a load step j, at the lower and upper phase of a cell, and the same at the next load step."""
     first, number = start_of(table) + start, table.penetration_steps + 1
     low, high = number * (block * table.phase_steps + phase.low), number * (block * table.phase_steps + phase.high)
-    a, b = node_at(first + NODE_SIZE * (low + load.low)), node_at(first + NODE_SIZE * (high + load.low))
-    c, d = node_at(first + NODE_SIZE * (low + load.high)), node_at(first + NODE_SIZE * (high + load.high))
+    a, b = node_at(first + NODE_SIZE * (low + j)), node_at(first + NODE_SIZE * (high + j))
+    c, d = node_at(first + NODE_SIZE * (low + j + 1)), node_at(first + NODE_SIZE * (high + j + 1))
+    return a, b, c, d
+
+
+@compiled(forceinline=True)
+def patch(table, start, block, phase, load):
+    """`Patch` of a block of the nodes that begin at start [bytes from the head]."""
+    a, b, c, d = nodes_of(table, start, block, phase, load.low)
     w, n, m = load.share, table.steps_in_pitch, table.penetration_steps
     weights, slope_weights = hermite_weights(phase.share), hermite_slope_weights(phase.share)
     value, first_u, second_u = quintic(w, along_phase(weights, a, b), along_phase(weights, c, d))

@@ -34,7 +34,7 @@ class ElasticElement(NamedTuple):
 
 def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
     """The elements between the shafts of a gearbox and its housing, and its rotors, in its initial state."""
-    q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
+    q = np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL))
     for shaft in model.gearbox.shafts:
         kind, spin = model.plan.shafts[shaft.name], model.spins[shaft.name]
         if shaft.torque_supports:
@@ -83,7 +83,8 @@ def on_housing(model: Model) -> Iterator[ElasticElement]:
     coupling = coupling_of(model.gearbox, model.scene)
     if coupling is None:
         return
-    rows = seat_rows(model.gearbox, model.scene, coupling, model.spins, model.elastics, model.mbs.systemData.ODE2Size())
+    n = model.bare_mbs.systemData.ODE2Size()
+    rows = seat_rows(model.gearbox, model.scene, coupling, model.spins, model.elastics, n)
     against = coupling.against_seats @ rows
     for i, (name, axial) in enumerate(coupling.housing.seats):
         part = slice(6 * i, 6 * i + 6)
@@ -109,7 +110,7 @@ def _over(built: BuiltShaft, matrix: np.ndarray, n: int) -> np.ndarray:
 
 def pins(model: Model) -> Iterator[ElasticElement]:
     """The pins of planets between these and their carriers, in the initial state of the gearbox."""
-    q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
+    q = np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL))
     for pin in model.pins:
         part, n = pin_coordinates(model, pin)
         stiffness, _ = pin_matrices(pin, q[part].tolist(), n, float(q[part[n - 1]]))

@@ -17,7 +17,7 @@ from exugear.modal.elastic_elements import (
     springs,
 )
 from exugear.modal.mesh_tangents import mesh_tangent
-from exugear.multibody.bearings_and_drags import drag_name
+from exugear.multibody.bearings_and_drags import drag_name, name_of_drag_between
 from exugear.multibody.exudyn_objects import INITIAL, current_state
 from exugear.multibody.gear_contact import contacts_of
 from exugear.multibody.linearization import disengaged, set_velocities
@@ -80,25 +80,26 @@ def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -
     """
     contacts, ratios, speeds = [mesh.contact for mesh in model.meshes], model.speed_ratios, np.array([*speeds], float)
     damping = [_damping_of_gearbox(model, contacts, speed * ratios) for speed in speeds.tolist()]
-    with disengaged(model.mbs, contacts):
+    with disengaged(model.bare_mbs, contacts):
         elements = [
             *bearings_and_couplings(model),
             *pins(model),
-            *springs(model.mbs, [i for i in further_objects(model) if i not in contacts]),
+            *springs(model.bare_mbs, [i for i in further_objects(model) if i not in contacts]),
         ]
     labels = dict(zip(contacts, model.gearbox.labels, strict=True))
     held = [model.spins[name] for name in model.gearbox.held]
-    system = _linear_system(model.mbs, labels, damping, elements, phase, held)
+    system = _linear_system(model.bare_mbs, labels, damping, elements, phase, held)
     return in_carrier_frame(model, system, speeds) if model.pins else system
 
 
 def _damping_of_gearbox(model: Model, contacts: Collection[int], velocities: np.ndarray) -> np.ndarray:
     """Damping and gyroscopic terms without meshes; at rest without drags, which then act as dry friction."""
-    mbs = model.mbs
+    mbs = model.bare_mbs
     damping = _damping_without_meshes(mbs, contacts, velocities)
-    for shaft in model.gearbox.shafts if not velocities.any() else ():
-        if shaft.drags:
-            number = mbs.GetObjectNumber(drag_name(shaft))
+    if not velocities.any():
+        braked = [drag_name(x) for x in model.gearbox.shafts if model.gearbox.braked_on_ground[x.name].drags]
+        for name in [*braked, *map(name_of_drag_between, model.gearbox.drags_between)]:
+            number = mbs.GetObjectNumber(name)
             part = mbs.systemData.GetObjectLTGODE2(number)
             q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[part].tolist()
             jacobian = mbs.GetObject(number)["jacobianUserFunction"]["function"]

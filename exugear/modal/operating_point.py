@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from exugear.gearbox.constant_loads import mesh_forces
-from exugear.multibody.drive_and_load import applied, assemble_in_state, restored
+from exugear.multibody.drive_and_load import applied, restored
 from exugear.multibody.equilibrium import solve_initial_equilibrium
-from exugear.multibody.exudyn_objects import quiet
+from exugear.multibody.exudyn_objects import assemble_in_state, quiet
 from exugear.multibody.model import Model, linearized
 from exugear.operation.conditions import conditions_at_rest
 from exugear.planning.mirrored_flanks import remedy_of, warn_of_mirrored
@@ -30,7 +30,8 @@ def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str =
             forces = mesh_forces(model.gearbox, loads)
             warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces, remedy=remedy_of(model.plan))
             if drive == "free":
-                for number in model.drives:
-                    model.mbs.SetObjectParameter(number, "activeConnector", False)
-                assemble_in_state(model)
-            yield model
+                for i in range(len(model.drive_items.ends)):
+                    model.drive_items.set_constraint(i, {"activeConnector": False})
+                assemble_in_state(model.bare_mbs)
+            with model.drive_items.holding():
+                yield model

@@ -27,7 +27,8 @@ from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
 from exugear.mesh_force.kernel_records import address_of, changed
-from exugear.multibody.bearings_and_drags import add_bearings, add_drags
+from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags
+from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import (
     BuiltRing,
     RingInMesh,
@@ -80,6 +81,9 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
     }
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
+    for drag in gearbox.drags_between:
+        carried, carrying = (node_of(mbs, bodies[name]) for name in (drag.carried, drag.carrying))
+        add_drag_between(mbs, (carried, carrying), drag)
     on_seats = moving_seats(gearbox, scene)
     mbs.variables[REST] = imposed_motion(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
@@ -106,7 +110,8 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
     }
-    (*further_drives, drive), load = add_drives_and_load(mbs, gearbox, end_markers)
+    drive_items = drive_items_of(mbs, gearbox, end_markers)
+    built = mbs.systemData.NumberOfObjects(), mbs.systemData.NumberOfLoads()
     with quiet():
         mbs.Assemble()
     spins = {
@@ -119,8 +124,8 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         _mesh(stage, scene, label, contact, _row(mbs, stage, contact, spins, elastics, rings, scene))
         for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
     )
-    numbers = bodies, spins, rotor_spins, end_markers, drive, load
-    further = pins, tuple(further_drives), elastics, rings
+    numbers = bodies, spins, rotor_spins, end_markers, drive_items, built
+    further = pins, elastics, rings
     system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further, seats=located_seats(mbs, seats))
     hold_members(system)
     return linearized(system, gearbox.independent)
@@ -266,7 +271,7 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_g
         body = of_gears[shaft.name][shaft.stations[0]]
     else:
         body = _add_supported_body(mbs, ground, gearbox, shaft, scene)
-    add_drags(mbs, node_of(mbs, body), shaft, coordinates)
+    add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground[shaft.name], coordinates)
     return body
 
 
@@ -310,7 +315,8 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene:
 def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int], coordinates: Coordinates) -> Pin:
     """Add the pin of a planet by its name, with the planet's coordinates."""
     carrier, planet = gearbox.planets[name], gearbox.ends[name]
-    pin = pin_of(planet, carrier, (pose(gearbox, planet), pose(gearbox, carrier)), coordinates.spin_index)
+    poses = pose(gearbox, planet), pose(gearbox, carrier)
+    pin = pin_of(planet, carrier, poses, coordinates.spin_index, gearbox.series_pins.get(name))
     add_pin(mbs, (node_of(mbs, bodies[carrier.name]), node_of(mbs, bodies[name])), pin)
     return pin
 
@@ -366,15 +372,8 @@ def end_marker(mbs, shaft: Shaft, body: int, rotors: Mapping[str, int], coordina
     return spin_marker(mbs, body, coordinates.spin_index)
 
 
-def add_drives_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[list[int], int]:
-    """Add a constraint for each speed that the gearbox leaves free, and the load on the driven shaft, by their markers.
-
-    Returns the numbers of the constraints, that of the driving shaft last, and of the load.
-    """
-    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    drives = []
-    for number, name in reversed([*enumerate(anchors_of(gearbox, [gearbox.driving.name]), start=1)]):
-        markers = [fixed, end_markers[name]]
-        drive = eii.CoordinateConstraint(name="drive" if number == 1 else f"drive {number}", markerNumbers=markers)
-        drives.append(mbs.AddObject(drive))
-    return drives, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))
+def drive_items_of(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> DriveItems:
+    """A constraint for each speed that the gearbox leaves free, and the load on the driven shaft, by their markers."""
+    ends = [end_markers[name] for name in anchors_of(gearbox, [gearbox.driving.name])]
+    ground, aside = _ground_marker(mbs), _ground_marker(mbs)
+    return DriveItems(mbs, ground, aside, ends, end_markers[gearbox.driven.name])

@@ -22,6 +22,7 @@ from exugear.gearbox.bearing_law import (
 )
 from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
 from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.seats_on_shafts import DragBetween
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
 from exugear.multibody.direct_call import direct
@@ -154,6 +155,58 @@ def add_drags(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
     )
     item.visualization["show"] = False
     mbs.AddObject(item)
+
+
+def name_of_drag_between(drag: DragBetween) -> str:
+    """Name of the object with the drag of a bearing between shafts."""
+    return f"{drag.carried} drag on {drag.carrying}"
+
+
+def add_drag_between(mbs, nodes: tuple[int, int], drag: DragBetween) -> None:
+    """Add the drag of a bearing between two shafts to the nodes of their bodies, carried and carrying."""
+    n, m = 6, len(mbs.GetNode(nodes[1])["referenceCoordinates"])
+    entries = np.zeros(1, DRAG)
+    for name, value in drag.drag.terms._asdict().items():
+        entries[0][name] = value
+    kind = record_type(("head", DRAGS), ("drags", DRAG, 1))
+    record = record_of(kind, head=record_of(DRAGS, number=1), drags=entries)
+    kernel, address, spins = drag_between_kernel(m), address_of(record), [n - 1, n + m - 1]
+
+    def drag_forces(mbs, t, item, q, q_t):
+        return kernel(address, t, *q, *q_t)
+
+    def drag_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        slope = factor_t * float(braking_slope(drag.drag.terms, q_t[spins[0]] - q_t[spins[1]], 0.0))
+        jacobian = np.zeros((n + m, n + m))
+        jacobian[np.ix_(spins, spins)] = slope * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        return jacobian
+
+    item = eii.ObjectGenericODE2(
+        name=name_of_drag_between(drag),
+        nodeNumbers=list(nodes),
+        forceUserFunction=direct(drag_forces, kernel, (record,), n + m),
+        jacobianUserFunction=drag_jacobian,
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)
+
+
+@cache
+def drag_between_kernel(m: int):
+    """The function (record, t, *coordinates, *velocities) -> forces (6 + m) of a drag between two shafts.
+
+    record is the address of `DRAGS` with a single one. The last coordinate of each shaft is its spin; that which
+    carries the seat has m coordinates, 6 or only this.
+    """
+
+    @kept
+    def drag_between(record, t, *x):
+        torque = braking_torque(drag_at(record + DRAGS_SIZE), x[11 + m] - x[-1], 0.0)
+        if m == 1:
+            return (0.0, 0.0, 0.0, 0.0, 0.0, -torque, torque)
+        return (0.0, 0.0, 0.0, 0.0, 0.0, -torque, 0.0, 0.0, 0.0, 0.0, 0.0, torque)
+
+    return drag_between
 
 
 def drag_functions(shaft: Shaft, n: int):

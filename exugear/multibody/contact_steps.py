@@ -63,7 +63,7 @@ def _shafts_in_steps(model: Model, rule: Rule, held: Sequence[str]) -> Iterator[
     if not (model.elastics and rule.lag):
         yield model.meshes
         return
-    mbs, before, names = model.mbs, {}, ("massMatrix", "dampingMatrix")
+    mbs, before, names = model.bare_mbs, {}, ("massMatrix", "dampingMatrix")
     try:
         for name, built in model.elastics.items():
             item = mbs.GetObject(built.number)
@@ -102,12 +102,12 @@ def _with_added(model: Model, mesh: Mesh, mass: np.ndarray, damping: np.ndarray)
 def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator[None]:
     """`lag_corrected` for the meshes of a system as it is in the steps of the rule."""
     loops = len(model.meshes) >= len(model.bodies)
-    predict_bearings(model.mbs, rule if rule.spectral_radius is None else None)
-    bearings = bearing_tangents(model, np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL)))
+    predict_bearings(model.bare_mbs, rule if rule.spectral_radius is None else None)
+    bearings = bearing_tangents(model, np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL)))
     for pin in model.pins:
         pin.record.lag = rule.lag
     for mesh in meshes:
-        state = state_of(model.mbs, mesh.contact)
+        state = state_of(model.bare_mbs, mesh.contact)
         state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
         state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
         state["steps"] = np.zeros((), STEPS)
@@ -117,21 +117,21 @@ def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator
     try:
         yield
     finally:
-        predict_bearings(model.mbs, None)
+        predict_bearings(model.bare_mbs, None)
         for pin in model.pins:
             pin.record.lag = 0.0
         for mesh in model.meshes:
-            state = state_of(model.mbs, mesh.contact)
+            state = state_of(model.bare_mbs, mesh.contact)
             state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
             state.steps.duration = 0.0
 
 
 def last_steps(model: Model) -> list[np.record]:
     """What the contacts remember of the step before, by which they predict the next one."""
-    return [state_of(model.mbs, mesh.contact).steps.copy() for mesh in model.meshes]
+    return [state_of(model.bare_mbs, mesh.contact).steps.copy() for mesh in model.meshes]
 
 
 def set_last_steps(model: Model, steps: list[np.record]) -> None:
     """Let the contacts remember a step that `last_steps` has returned."""
     for mesh, step in zip(model.meshes, steps, strict=True):
-        state_of(model.mbs, mesh.contact)["steps"] = step
+        state_of(model.bare_mbs, mesh.contact)["steps"] = step

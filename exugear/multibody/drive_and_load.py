@@ -1,15 +1,10 @@
 """What drives and loads a built system while a run or its static equilibrium is solved: imposed speeds and torques.
 
-A drive has two modes. In static solves, between runs, and beside items of the user or a drag on a held shaft, the
-constraints `Model.drives` impose the angles; those of free shafts are inactive. Else, while a run is solved, an imposed
-angle is a known function of time that the contacts of the held shaft evaluate, or the coupling behind its rotor, with
-no algebraic equation and no function in Python.
-
-In this mode neither the constraints nor the load of the model are in the system. Exudyn has no connector that changes
-between an algebraic equation and none: an inactive constraint keeps its multiplier as an unknown, and a load of 0 is
-evaluated. A step takes 1.45 times its time with both (`tests/benchmarks/benchmark_drive.py`: 0.2 us for the constraint,
-0.1 us for the load). `applied` is the only door: within it the constraints and the load may be missing, after it they
-are back under their numbers.
+A drive has two modes. While a run is solved, an imposed angle is a known function of time that the contacts of the held
+shaft evaluate, or the coupling behind its rotor, with no algebraic equation and no function in Python; so do contacts
+with a constant torque. In static solves, and beside items of the user or what else acts on a held shaft, the
+constraints among the items of Exudyn impose the angles (`exugear.multibody.drive_items`); those of free shafts are
+inactive.
 """
 
 from collections.abc import Iterator
@@ -25,7 +20,15 @@ from exugear.contact.recorder import BodyRecorder
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import direct
-from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
+from exugear.multibody.drive_items import OFFSETS, DriveItems
+from exugear.multibody.exudyn_objects import (
+    CURRENT,
+    INITIAL,
+    assemble_in_state,
+    node_of,
+    set_state_of_system,
+    state_of_system,
+)
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
 from exugear.multibody.model import (
@@ -42,10 +45,6 @@ from exugear.operation.shaft_ends import Torque
 from exugear.operation.time_functions import Line
 from exugear.operation.torque_tables import NO_TORQUE, TorqueTable
 
-#: Parameters of the constraint that a run sets: functions of its offset and of the rate, the offset, its ends, and
-#: whether it is active.
-OFFSETS = "offsetUserFunction", "offsetUserFunction_t"
-CONSTRAINT = *OFFSETS, "offset", "markerNumbers", "activeConnector"
 #: Key under which the system keeps imposed motions while they are known functions of time; name of a coupling of a
 #: shaft that reads its motion.
 MOTION, COUPLING = "imposed motion", "driven coupling of {}"
@@ -74,31 +73,31 @@ class DriveAndLoad:
     """Drive and load of a model under the conditions of a run.
 
     torques       tabulated torques and recorded motions
-    constrained   whether the constraint stays while the run is solved
-    removed       constraints and load while they are not in the system
+    constrained   whether the constraints impose the speeds while the run is solved
     """
 
     model: Model
     conditions: Conditions
     torques: ShaftTorques = field(default_factory=dict)
     constrained: bool = field(init=False)
-    removed: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self):
-        braked = any(held.end_rotor is None and (held.drags or held.unbalances) for held in self.held)
+        rubbing = {name for drag in self.model.gearbox.drags_between for name in (drag.carried, drag.carrying)}
+        braked = any(
+            held.end_rotor is None and (held.drags or held.unbalances or held.name in rubbing) for held in self.held
+        )
         added = bool(further_objects(self.model)) or bool(further_loads(self.model))
         twists = any(held.end_rotor is None and held.name in self.model.elastics for held in self.held)
         self.constrained = braked or added or twists or self._observed()
 
     def _observed(self) -> bool:
         """Whether sensors of the user measure constraint or load."""
-        mbs, model = self.model.mbs, self.model
+        mbs, items = self.model.bare_mbs, self.items
         sensors = [mbs.GetSensor(i) for i in range(mbs.systemData.NumberOfSensors())]
         return any(
-            int(sensor.get(kind, -1)) == int(number)
+            int(sensor.get(kind, -1)) in map(int, numbers)
             for sensor in sensors
-            for kind, numbers in (("objectNumber", model.drives), ("loadNumber", (int(model.load),)))
-            for number in numbers
+            for kind, numbers in (("objectNumber", items.numbers), ("loadNumber", items.loads))
         )
 
     @property
@@ -106,16 +105,19 @@ class DriveAndLoad:
         """The shafts whose speeds are imposed."""
         return [self.model.gearbox.ends[name] for name in self.conditions.held]
 
+    @property
+    def items(self) -> DriveItems:
+        """Drive and load as items of Exudyn."""
+        return self.model.drive_items
+
     def hold(self) -> None:
         """Let the constraints hold the anchors at rest at their angles at the start, for the static equilibrium."""
         model, conditions = self.model, self.conditions
         angles = by_shaft(model, conditions.initial_angles)
-        ground = model.mbs.GetObjectParameter(model.drive, "markerNumbers")[0]
-        for drive, name in zip(model.drives, conditions.anchors, strict=True):
-            markers = [ground, model.end_markers[name]]
+        for i, name in enumerate(conditions.anchors):
+            markers = [self.items.ground, model.end_markers[name]]
             held = {"markerNumbers": markers, "activeConnector": True, "offset": angles[name]}
-            for parameter, value in (held | dict.fromkeys(OFFSETS, 0)).items():
-                model.mbs.SetObjectParameter(drive, parameter, value)
+            self.items.set_constraint(i, held | dict.fromkeys(OFFSETS, 0))
 
     def release(self) -> None:
         """Let the torques vary, and the train turn as imposed or freely; the initial state of the system stays."""
@@ -124,13 +126,13 @@ class DriveAndLoad:
         if self.constrained:
             self._impose_by_constraints(symbolic=True)
         else:
-            self._remove_constraints_and_load()
+            self.items.set_aside()
             self._impose_as_functions_of_time()
-        assemble_in_state(self.model)
+        assemble_in_state(self.model.bare_mbs)
 
     def end(self) -> None:
         """Remove what the run has added; the system keeps its state, the imposed speeds and the constant load."""
-        mbs, driven = self.model.mbs, self.model.gearbox.driven.name
+        mbs, driven = self.model.bare_mbs, self.model.gearbox.driven.name
         for shaft_torque in self.torques.values():
             _delete(mbs, shaft_torque.name)
         for mesh in self.model.meshes:
@@ -141,46 +143,31 @@ class DriveAndLoad:
         for held in [shaft for shaft in self.held if shaft.end_rotor and known]:
             _delete(mbs, COUPLING.format(held.name))
             self._set_spring(held, True)
-        self._restore_constraints_and_load()
         self.hold()
         self._impose_by_constraints(symbolic=False)
+        self.items.set_load({"markerNumber": self.items.driven})
         for end in self.conditions.ends:
             if end.name == driven and self.conditions.tables[driven].constant:
-                mbs.SetLoadParameter(self.model.load, "load", self._constant_torque(end))
-        assemble_in_state(self.model)
+                self.items.set_load({"load": self._constant_torque(end)})
+        assemble_in_state(self.model.bare_mbs)
 
     def _impose_by_constraints(self, *, symbolic: bool) -> None:
         """Let the constraints impose the speeds, or be inactive where shafts are free.
 
         symbolic   lines by expressions, which Exudyn evaluates itself; left behind they would keep the system in memory
         """
-        mbs, drives = self.model.mbs, self.model.drives
         imposed = angles_and_rates(self.conditions)
-        for drive, functions, speed_of in zip(drives, imposed, self.conditions.speeds_of, strict=False):
-            for name, function in zip(OFFSETS, functions, strict=True):
-                expressed = symbolic and isinstance(speed_of, Line)
-                function = CreateSymbolicUserFunction(mbs, function, name, drive) if expressed else function
-                mbs.SetObjectParameter(drive, name, function)
-        for drive in drives[len(imposed) :]:
-            mbs.SetObjectParameter(drive, "activeConnector", False)
+        for i, (functions, speed_of) in enumerate(zip(imposed, self.conditions.speeds_of, strict=False)):
+            as_functions = dict(zip(OFFSETS, functions, strict=True))
+            expressed = symbolic and isinstance(speed_of, Line)
+            self.items.set_constraint(i, self._expressed(i, as_functions) if expressed else as_functions)
+        for i in range(len(imposed), len(self.items.ends)):
+            self.items.set_constraint(i, {"activeConnector": False})
 
-    def _remove_constraints_and_load(self) -> None:
-        """Remove the constraints and the load of the model from the system, whose steps they would slow down."""
-        mbs, model = self.model.mbs, self.model
-        drives = sorted(model.drives, key=int)
-        self.removed = [*(mbs.GetObject(drive) for drive in drives), mbs.GetLoad(model.load)]
-        for drive in reversed(drives):
-            mbs.DeleteObject(drive, deleteDependentItems=False, suppressWarnings=True)
-        mbs.DeleteLoad(model.load, deleteDependentMarkers=False, suppressWarnings=True)
-
-    def _restore_constraints_and_load(self) -> None:
-        """Add what was removed, in its order, so that it has its numbers again."""
-        if not self.removed:
-            return
-        *constraints, load = self.removed
-        for constraint in constraints:
-            self.model.mbs.AddObject(constraint)
-        self.model.mbs.AddLoad(load)
+    def _expressed(self, i: int, functions: dict[str, Any]) -> dict[str, Any]:
+        """The functions of a constraint, by its number, as expressions that Exudyn evaluates."""
+        mbs, number = self.model.bare_mbs, self.items.numbers[i]
+        return {name: CreateSymbolicUserFunction(mbs, each, name, number) for name, each in functions.items()}
 
     def _impose_as_functions_of_time(self) -> None:
         """Let the couplings of held rotors, or the contacts of held shafts, evaluate their imposed motions.
@@ -194,11 +181,11 @@ class DriveAndLoad:
             motions.append(imposed_motion(knots, self.model.gearbox.directions[held.name] * coefficients))
             self._impose(held, motions[-1][0])
         if motions:
-            self.model.mbs.variables[MOTION] = motions
+            self.model.bare_mbs.variables[MOTION] = motions
 
     def _impose(self, held: Shaft, motion: np.record) -> None:
         """Let the coupling of a held rotor, or the contacts of a held shaft, evaluate an imposed motion."""
-        model, mbs = self.model, self.model.mbs
+        model, mbs = self.model, self.model.bare_mbs
         if held.end_rotor:
             self._set_spring(held, False)
             nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
@@ -216,8 +203,8 @@ class DriveAndLoad:
     def _set_spring(self, held: Shaft, active: bool) -> None:
         """Activate the spring between the rotor at the end of the held shaft and the body beside it, or not."""
         if held.end_rotor:
-            number = self.model.mbs.GetObjectNumber(held.end_rotor.spring)
-            self.model.mbs.SetObjectParameter(number, "activeConnector", active)
+            number = self.model.bare_mbs.GetObjectNumber(held.end_rotor.spring)
+            self.model.bare_mbs.SetObjectParameter(number, "activeConnector", active)
 
     def _constant_torque(self, end: ShaftEnd) -> float:
         """Torque about z of an end whose torque never changes [N m]."""
@@ -240,7 +227,7 @@ class DriveAndLoad:
                 for side, shaft in enumerate(mesh.stage.shafts)
                 if shaft.name == end.shaft and is_first(self.model, mesh.stage, shaft)
             )
-            state_of(self.model.mbs, mesh.contact).torques[side] = self._constant_torque(end)
+            state_of(self.model.bare_mbs, mesh.contact).torques[side] = self._constant_torque(end)
 
     def record_rotors(self) -> None:
         """Record the motion of the rotors behind couplings where it is needed; the meshes record that of bodies."""
@@ -256,12 +243,12 @@ class DriveAndLoad:
         """Add a tabulated torque on the end of a shaft, held at its value at the start [N m]."""
         model, name = self.model, f"torque on {end.body}"
         column = [shaft.name for shaft in model.gearbox.shafts].index(end.shaft)
-        states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
+        states = [state_of(model.bare_mbs, mesh.contact) for mesh in model.meshes]
         factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
         record, arrays = torque_record(table, model.gearbox.directions[end.shaft], end.sense, states, factors)
         record.held, record.torque = 1, at_start
         recorder, node = BodyRecorder(SHAFT_NAMES), _node_of(model, end.body)
-        _add_torque_object(model.mbs, name, node, record, recorder, pointed_to=(arrays, states, recorder))
+        _add_torque_object(model.bare_mbs, name, node, record, recorder, pointed_to=(arrays, states, recorder))
         self.torques[end.body] = ShaftTorque(name, record, recorder)
 
 
@@ -272,23 +259,28 @@ def applied(model: Model, conditions: Conditions) -> Iterator[DriveAndLoad]:
     Until `DriveAndLoad.release` the torques have their values at the start, and free anchors are held, so that the
     static equilibrium can be solved.
     """
-    acting = DriveAndLoad(model, conditions)
-    acting.hold()
-    model.mbs.SetLoadParameter(model.load, "load", 0.0)
-    model.mbs.SetLoadParameter(model.load, "loadUserFunction", 0)
-    set_holding_forces(model, conditions.initial_torques + conditions.initial_drags)
+    items, acting = model.drive_items, DriveAndLoad(model, conditions)
+    if acting.constrained:
+        items.add()
+    before, items.busy = items.busy, True
     try:
-        acting.apply_torques()
-        acting.record_rotors()
-        model.mbs.Assemble()
-        yield acting
+        acting.hold()
+        items.set_load({"load": 0.0, "loadUserFunction": 0})
+        set_holding_forces(model, conditions.initial_torques + conditions.initial_drags)
+        try:
+            acting.apply_torques()
+            acting.record_rotors()
+            model.bare_mbs.Assemble()
+            yield acting
+        finally:
+            acting.end()
     finally:
-        acting.end()
+        items.busy = before
 
 
 def is_known_function_of_time(model: Model) -> bool:
     """Whether imposed speeds are known functions of time, which contacts or couplings evaluate."""
-    return MOTION in model.mbs.variables
+    return MOTION in model.bare_mbs.variables
 
 
 def angles_and_rates(conditions: Conditions) -> list[tuple[Any, Any]]:
@@ -315,32 +307,17 @@ def _angle_and_rate(conditions: Conditions, number: int) -> tuple[Any, Any]:
     return (angle_about_z, rate_about_z) if start_angle or direction < 0 else (angle, rate)
 
 
-def assemble_in_state(model: Model) -> None:
-    """Assemble the system without a change of its states; multipliers of drives that are new are 0."""
-    mbs = model.mbs
-    states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
-    mbs.Assemble()
-    number = mbs.systemData.GetAECoordinates(INITIAL).size
-    for configuration, state in states.items():
-        multipliers = np.append(state.multipliers, np.zeros(number))[:number]
-        set_state_of_system(mbs, state._replace(multipliers=multipliers), configuration)
-
-
 @contextmanager
 def restored(model: Model) -> Iterator[None]:
     """Restore coordinates, drive, load and holding forces of the contacts afterwards."""
-    mbs = model.mbs
-    contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
+    mbs = model.bare_mbs
+    contacts, parameters = [state_of(mbs, mesh.contact) for mesh in model.meshes], model.drive_items.parameters()
     holding_forces = [float(contact.holding_force) for contact in contacts]
-    constraints = {(drive, name): mbs.GetObjectParameter(drive, name) for drive in model.drives for name in CONSTRAINT}
     states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
     try:
         yield
     finally:
-        for (drive, name), value in constraints.items():
-            mbs.SetObjectParameter(drive, name, value)
-        for name in ("load", "loadUserFunction"):
-            mbs.SetLoadParameter(model.load, name, load[name])
+        model.drive_items.set_parameters(parameters)
         for contact, force in zip(contacts, holding_forces, strict=True):
             contact.holding_force = force
         mbs.Assemble()
@@ -351,7 +328,8 @@ def restored(model: Model) -> Iterator[None]:
 def set_holding_forces(model: Model, torques: np.ndarray) -> None:
     """Mesh forces that balance torques about z (n_shaft,) [N m] and loads, by which contacts correct their damping."""
     for mesh in model.meshes:
-        state_of(model.mbs, mesh.contact).holding_force = float(mesh.force_per_torque @ torques) + mesh.force_by_loads
+        force = float(mesh.force_per_torque @ torques) + mesh.force_by_loads
+        state_of(model.bare_mbs, mesh.contact).holding_force = force
 
 
 def _delete(mbs, name: str) -> None:
@@ -361,7 +339,7 @@ def _delete(mbs, name: str) -> None:
 
 def _node_of(model: Model, body: str):
     """Node of a shaft, or of a rotor, by its name."""
-    mbs, number = model.mbs, model.bodies.get(body)
+    mbs, number = model.bare_mbs, model.bodies.get(body)
     return node_of(mbs, mbs.GetObjectNumber(body) if number is None else number)
 
 

@@ -65,6 +65,7 @@ class BuiltShaft:
     number     of the object with the matrices
     recorder   samples of the amplitudes and their rates
     indices    (size,) of its coordinates among those of the system
+    left_out   axial positions [m] of bearings that are no part of it
     """
 
     elastic: ElasticShaft
@@ -72,6 +73,7 @@ class BuiltShaft:
     number: int
     recorder: BodyRecorder
     indices: np.ndarray
+    left_out: Collection[float] = ()
 
     def motion(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """(number, elastic) first recorded amplitudes and their rates, of torsion last."""
@@ -116,6 +118,13 @@ class BuiltShaft:
         if elastic.shaft.twist and not held:
             mass[elastic.end, elastic.end] -= elastic.shaft.twist.inertia
         return mass
+
+    def damping(self, *, held: bool) -> np.ndarray:
+        """(size, size) damping of the shaft and of the linear parts of its bearings; held: as for the mass."""
+        damping = self.elastic.damping_matrix(held=held)
+        for rows, bearing in at_bearings(self.elastic, self.left_out):
+            damping = damping + bearing.damping_time * (rows.T @ linear_part(bearing, 0.0) @ rows)
+        return damping
 
 
 def at_bearings(
@@ -168,8 +177,8 @@ def add_elastic_shaft(
     if elastic.further:
         nodes.append(further_node(mbs, f"{elastic.shaft.name} shapes", elastic.further))
     recorder = BodyRecorder(("amplitudes", "rates"), vector_size=len(elastic.amplitude_rows))
-    built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int))
-    number = _add_matrices(mbs, nodes, built, on_moving_seats)
+    built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int), on_moving_seats)
+    number = _add_matrices(mbs, nodes, built)
     for axial, unbalance in elastic.shaft.unbalances if elastic.spatial else ():
         add_unbalance(mbs, nodes, elastic.at_bearing(axial)[:2], int(elastic.turning[0]), unbalance)
     return replace(built, number=number)
@@ -181,8 +190,9 @@ def located(mbs, built: BuiltShaft) -> BuiltShaft:
 
 
 def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
-    """Set the mass of a shaft for an end whose motion is imposed, or is free."""
+    """Set mass and damping of a shaft for an end whose motion is imposed, or is free."""
     mbs.SetObjectParameter(built.number, "massMatrix", built.mass_beside(held=held))
+    mbs.SetObjectParameter(built.number, "dampingMatrix", built.damping(held=held))
 
 
 class NonlinearBearings(NamedTuple):
@@ -214,19 +224,17 @@ def nonlinear_bearings(measured_by: Sequence[tuple[np.ndarray, Bearing | Rolling
     return NonlinearBearings(bearings, records, arrays)
 
 
-def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft, left_out: Collection[float]) -> int:
+def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     """Add the object with the matrices that bodies lack, the bearings among them, the end free."""
     elastic, recorder = built.elastic, built.recorder
     polar = elastic.polar_matrix.copy()
     for i, body in enumerate(inertias_of_bodies(elastic) if elastic.spatial else ()):
         polar[6 * i + 3, 6 * i + 4] -= body.inertia
         polar[6 * i + 4, 6 * i + 3] += body.inertia
-    stiffness, damping = elastic.stiffness_matrix.copy(), elastic.damping_matrix.copy()
-    bearings, spin = at_bearings(elastic, left_out), int(elastic.turning[0])
-    for rows, bearing in bearings:
-        k = rows.T @ linear_part(bearing, 0.0) @ rows
-        stiffness, damping = stiffness + k, damping + bearing.damping_time * k
-    matrices = built.mass_beside(held=False), stiffness, damping, polar
+    bearings, spin = at_bearings(elastic, built.left_out), int(elastic.turning[0])
+    of_bearings = (rows.T @ linear_part(bearing, 0.0) @ rows for rows, bearing in bearings)
+    stiffness = sum(of_bearings, elastic.stiffness_matrix)
+    matrices = built.mass_beside(held=False), stiffness, built.damping(held=False), polar
     measured_by = spin, elastic.amplitude_rows
     nonlinear = nonlinear_bearings([(rows, bearing, spin) for rows, bearing in bearings])
     name, load = f"{elastic.shaft.name} shaft", elastic.constant_load

@@ -86,7 +86,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions, lag: float =
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
     """
-    accelerations, system = conditions.initial_accelerations, model.mbs.systemData
+    accelerations, system = conditions.initial_accelerations, model.bare_mbs.systemData
     speeds = by_shaft(model, conditions.initial_speeds)
     considered = accelerations if _inertia_matters(model, conditions) else 0.0 * accelerations
     try:
@@ -103,7 +103,8 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions, lag: float =
             q = turned_with_carriers(model, q)
         torques = _torques_at_start(model, conditions, rigid_motion(model, q, considered))
         torques = {i: x for i, x in torques.items() if i not in [model.spins[name] for name in unloaded]}
-        with _softened_by_rotation(model, speeds), _held_between_teeth(model, q, unloaded):
+        held_in_gaps = _held_between_teeth(model, q, unloaded)
+        with model.drive_items.holding(), _softened_by_rotation(model, speeds), held_in_gaps:
             q = _statically_solved(model, q, conditions, _with_centrifugal_forces(model, torques, speeds))
     velocities = rigid_motion(model, q, conditions.initial_speeds)
     system.SetODE2Coordinates(q, INITIAL)
@@ -338,14 +339,14 @@ def _weak_spring(model: Model, name: str, angle: float) -> eii.ObjectGenericODE2
     matrix, torque = np.zeros((n, n)), np.zeros(n)
     matrix[-1, -1] = WEAK_OMEGA**2 * model.gearbox.body_inertias[name]
     torque[-1] = matrix[-1, -1] * angle
-    node = node_of(model.mbs, model.bodies[name])
+    node = node_of(model.bare_mbs, model.bodies[name])
     return eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=matrix, forceVector=torque)
 
 
 @contextmanager
 def _added(model: Model, items: Sequence[eii.ObjectGenericODE2]) -> Iterator[None]:
     """Add items to the system for a while."""
-    mbs, numbers = model.mbs, [model.mbs.AddObject(item) for item in items]
+    mbs, numbers = model.bare_mbs, [model.bare_mbs.AddObject(item) for item in items]
     try:
         if numbers:
             mbs.Assemble()
@@ -404,7 +405,7 @@ def _needs_static_solve(model: Model) -> bool:
 
 def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]) -> np.ndarray:
     """Coordinates in equilibrium with further torques [N m] on spins, by their indices; the solve starts at q."""
-    system = model.mbs.systemData
+    system = model.bare_mbs.systemData
     settings = exudyn_settings()
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
@@ -415,7 +416,7 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     with _applied_torques(model, torques), at_start:
         system.SetODE2Coordinates(q, INITIAL)
         system.SetODE2Coordinates_t(np.zeros(q.size), INITIAL)
-        model.mbs.SolveStatic(settings, updateInitialValues=True)
+        model.bare_mbs.SolveStatic(settings, updateInitialValues=True)
         return system.GetODE2Coordinates(INITIAL)
 
 
@@ -507,7 +508,7 @@ def _softened_by_rotation(model: Model, speeds: Mapping[str, float]) -> Iterator
     """Give planets on pins the stiffness of `_stiffness_by_rotation` at speeds of the shafts by name [rad/s]."""
     items = []
     for pin in model.pins:
-        stiffness, node = _stiffness_by_rotation(pin, speeds), node_of(model.mbs, model.bodies[pin.planet.name])
+        stiffness, node = _stiffness_by_rotation(pin, speeds), node_of(model.bare_mbs, model.bodies[pin.planet.name])
         if stiffness.any():
             items.append(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=np.diag([*stiffness, 0.0])))
     with _added(model, items):
@@ -517,7 +518,7 @@ def _softened_by_rotation(model: Model, speeds: Mapping[str, float]) -> Iterator
 @contextmanager
 def _applied_torques(model: Model, torques: Mapping[int, float]) -> Iterator[None]:
     """Apply torques [N m] as loads on the spins with these indices among all coordinates."""
-    mbs, loads = model.mbs, []
+    mbs, loads = model.bare_mbs, []
     first = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
     for spin, torque in torques.items():
         start = max(index for index in first if index <= spin)
@@ -536,7 +537,8 @@ def _applied_torques(model: Model, torques: Mapping[int, float]) -> Iterator[Non
 
 def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
-    q, on_coordinates = np.zeros(model.mbs.systemData.ODE2Size()), -forces @ np.array([m.row for m in model.meshes])
+    on_coordinates = -forces @ np.array([mesh.row for mesh in model.meshes])
+    q = np.zeros(on_coordinates.size)
     for shaft in model.gearbox.shafts:
         kind, spin, built = model.scene.shafts[shaft.name], model.spins[shaft.name], model.elastics.get(shaft.name)
         if built and built.elastic.spatial:
@@ -654,14 +656,14 @@ def _deflection_under(mesh: Mesh, of_flank: MeshForce, phase: float, force: floa
 def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = RuntimeError) -> Iterator[None]:
     """Turn the exceptions of a solve into a kind of RuntimeError with time, speed and remedy; Ctrl-C passes."""
     try:
-        with user_errors_raised(model.mbs):
+        with user_errors_raised(model.bare_mbs):
             yield
     except Exception as error:
         if isinstance(error.__cause__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         if isinstance(error, AttributeError | NameError | ImportError | LookupError):
             raise  # a mistake in the code, of which Newton's iteration knows nothing
-        t = model.mbs.systemData.GetTime()
+        t = model.bare_mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
         raise kind(f"{where}: {_reason(error, remedy)}{damping_remark(model, t)}") from None
 

@@ -88,9 +88,19 @@ def state_of_system(mbs, configuration) -> SystemState:
 
 
 def set_state_of_system(mbs, state: SystemState, configuration) -> None:
-    """Put a system into a state."""
+    """Put a system into a state; multipliers of constraints that are new are 0."""
+    number = mbs.systemData.GetAECoordinates(configuration).size
+    state = state._replace(multipliers=np.append(state.multipliers, np.zeros(number))[:number])
     for name, vector_of_state in zip(COORDINATES, state, strict=True):
         getattr(mbs.systemData, f"Set{name}")(vector_of_state, configuration)
+
+
+def assemble_in_state(mbs) -> None:
+    """Assemble a system without a change of its states."""
+    states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
+    mbs.Assemble()
+    for configuration, state in states.items():
+        set_state_of_system(mbs, state, configuration)
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.direct_call import call_path
+from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import BuiltRing
 from exugear.multibody.elastic_shafts import BuiltShaft, set_held
 from exugear.multibody.exudyn_objects import quiet
@@ -103,32 +104,47 @@ class BuiltSystem:
     elastics        of the elastic shafts: their bodies and coordinates
     rings           of the elastic rings, by the names of their shafts: their amplitudes
     seats           bearings on seats that move, and the housing with coordinates of its own; None without
-    drive, load     object number of the constraint that imposes the speed, number of the load torque. While a run is
-                    solved both may be out of the system (`exugear.multibody.drive_and_load`)
-    further_drives  object numbers of the constraints for further speeds that a gearbox leaves free
+    drive_items     drive and load as items of Exudyn, which the system has once they are asked for
+    built           numbers of objects and loads of the system as built, without those of drive and load
+
+    For exugear itself the system is `bare_mbs`.
     """
 
     gearbox: Gearbox
     scene: Plan
-    mbs: Annotated[Any, partial(require_kind, kind=exu.MainSystem)]
+    bare_mbs: Annotated[Any, partial(require_kind, kind=exu.MainSystem)]
     container: Annotated[Any, partial(require_kind, kind=exu.SystemContainer)]
     contacts: tuple[BuiltMesh, ...]
     bodies: Mapping[str, int]
     spins: Mapping[str, int]
     rotor_spins: Mapping[str, int]
     end_markers: Mapping[str, int]
-    drive: int
-    load: int
+    drive_items: DriveItems
+    built: tuple[int, int]
     pins: tuple[Pin, ...]
-    further_drives: tuple[int, ...]
     elastics: Mapping[str, BuiltShaft]
     rings: Mapping[str, BuiltRing]
     seats: MovingSeats | None = field(default=None, kw_only=True)
 
     @property
+    def mbs(self) -> Any:
+        """The assembled Exudyn system, which has drive and load as items from when it is asked for."""
+        return self.drive_items.ask(for_numbers=False).mbs
+
+    @property
+    def drive(self) -> int:
+        """Object number of the constraint that imposes the speed of the driving shaft."""
+        return self.drives[0]
+
+    @property
     def drives(self) -> tuple[int, ...]:
-        """Object numbers of all constraints that impose speeds."""
-        return self.drive, *self.further_drives
+        """Object numbers of all constraints that impose speeds: of the driving shaft, and further ones left free."""
+        return self.drive_items.ask().numbers
+
+    @property
+    def load(self) -> int | None:
+        """Number of the load torque on the driven shaft."""
+        return self.drive_items.ask().load
 
     @property
     def rotors(self) -> dict[str, int]:
@@ -151,7 +167,7 @@ class BuiltSystem:
     @property
     def spin_motions(self) -> dict[str, np.ndarray]:
         """(n_coordinates,) small motion per angle of each shaft; planets on pins move along with their carrier."""
-        motions = {name: np.zeros(self.mbs.systemData.ODE2Size()) for name in self.spins}
+        motions = {name: np.zeros(self.bare_mbs.systemData.ODE2Size()) for name in self.spins}
         for name, spin in self.spins.items():
             motions[name][[spin, *(self.elastics[name].spins.values() if name in self.elastics else ())]] = 1.0
         for pin in self.pins:
@@ -172,8 +188,10 @@ class Model(BuiltSystem):
     plan     of the built system, with integrator, step and cost
     meshes   of the stages
 
-    Its further fields are those of the system: gearbox, mbs, container, bodies and spins of the shafts, rotor_spins,
-    end_markers, drive and load.
+    Its further fields are those of the system: gearbox, container, bodies and spins of the shafts, rotor_spins,
+    end_markers. `mbs`, `drive` (the constraint that imposes the speed) and `load` are for your own items and solves:
+    the system has drive and load as items of Exudyn from when you first ask for one of the three. Runs take longer
+    from then on, those on spins 1.2 times as long; a gearbox that is only run needs none of them.
     """
 
     plan: BuiltPlan
@@ -188,7 +206,7 @@ def motion_of(model: BuiltSystem, shafts: np.ndarray) -> np.ndarray:
 
     Rotors turn with their shafts; planets on pins move with their carriers in the reference configuration.
     """
-    motion, by_name = np.zeros(model.mbs.systemData.ODE2Size()), by_shaft(model, shafts)
+    motion, by_name = np.zeros(model.bare_mbs.systemData.ODE2Size()), by_shaft(model, shafts)
     for name, shaft in model.gearbox.ends.items():
         motion[model.turning[name]] = by_name[shaft.name]
     for name, built in model.elastics.items():
@@ -214,14 +232,16 @@ def require_model(model) -> None:
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
 
 
-def further_objects(model: BuiltSystem) -> range:
-    """Numbers of the objects that were added to the built system, whose last object is the drive."""
-    return range(int(model.drive) + 1, model.mbs.systemData.NumberOfObjects())
+def further_objects(model: BuiltSystem) -> list[int]:
+    """Numbers of the objects that were added to the built system."""
+    numbers = range(model.built[0], model.bare_mbs.systemData.NumberOfObjects())
+    return [number for number in numbers if number not in map(int, model.drive_items.numbers)]
 
 
-def further_loads(model: BuiltSystem) -> range:
+def further_loads(model: BuiltSystem) -> list[int]:
     """Numbers of the loads that were added to the built system."""
-    return range(int(model.load) + 1, model.mbs.systemData.NumberOfLoads())
+    numbers = range(model.built[1], model.bare_mbs.systemData.NumberOfLoads())
+    return [number for number in numbers if number not in map(int, model.drive_items.loads)]
 
 
 def hold_members(system: BuiltSystem) -> None:
@@ -229,9 +249,9 @@ def hold_members(system: BuiltSystem) -> None:
 
     Pins of other shafts forget what a run has imposed.
     """
-    motion, _ = system.mbs.variables[REST]
+    motion, _ = system.bare_mbs.variables[REST]
     for mesh in system.contacts:
-        state = state_of(system.mbs, mesh.contact)
+        state = state_of(system.bare_mbs, mesh.contact)
         for side, shaft in enumerate(mesh.stage.shafts):
             if shaft.name in system.gearbox.held:
                 state.imposed[side], state.inertias[side] = address_of(motion), 0.0
@@ -252,7 +272,7 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
     speed   of the driving shaft [rad/s], at which drag damps and gyroscopic moments act
     """
     for name, elastic in system.elastics.items():
-        set_held(system.mbs, elastic, held=name in held)
+        set_held(system.bare_mbs, elastic, held=name in held)
     train, box = linear_train(system, speed), system.gearbox
     driving, imposed = ([end_coordinate(system, name) for name in names] for names in (box.independent, held))
     twisting = [end_coordinate(system, name) for name in held if box.ends[name].twist]
@@ -305,7 +325,7 @@ def added_in_steps(system: BuiltSystem, step: float, held: Sequence[str]) -> tup
 
     held   names of the shafts whose speeds are imposed
     """
-    added = np.zeros((2, system.mbs.systemData.ODE2Size(), system.mbs.systemData.ODE2Size()))
+    added = np.zeros((2, system.bare_mbs.systemData.ODE2Size(), system.bare_mbs.systemData.ODE2Size()))
     for name, built in system.elastics.items():
         part = np.ix_(built.indices, built.indices)
         for matrix, of_shaft in zip(added, built.elastic.added_in_steps(step, held=name in held), strict=True):
@@ -330,7 +350,7 @@ def linear_train(system: BuiltSystem, speed: float) -> LinearTrain:
 
 def matrices_without_meshes(system: BuiltSystem, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass, stiffness and damping matrix of the built system without the meshes, at a speed of the driving shaft."""
-    mbs, rest = system.mbs, np.zeros(system.mbs.systemData.ODE2Size())
+    mbs, rest = system.bare_mbs, np.zeros(system.bare_mbs.systemData.ODE2Size())
     contacts = [mesh.contact for mesh in system.contacts]
     with set_motion(mbs, rest, speed * system.speed_ratios), disengaged(mbs, contacts), quiet():
         mass, stiffness, damping = map(np.array, mbs.ComputeLinearizedSystem()[:3])
@@ -372,7 +392,7 @@ def _mesh(system: BuiltSystem, train: LinearTrain, i: int, held: Sequence[int], 
 
 def constant_loads(system: BuiltSystem) -> np.ndarray:
     """(n_coordinates,) external forces and weight of the shafts on their bearings."""
-    loads = np.zeros(system.mbs.systemData.ODE2Size())
+    loads = np.zeros(system.bare_mbs.systemData.ODE2Size())
     for shaft in system.gearbox.shafts:
         kind, built = system.scene.shafts[shaft.name], system.elastics.get(shaft.name)
         if built:
@@ -415,7 +435,7 @@ def held_by_joints(system: BuiltSystem) -> np.ndarray:
 
 def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
     """Stiffness matrix of the nonlinear bearings at their steepest slopes."""
-    total = np.zeros((system.mbs.systemData.ODE2Size(),) * 2)
+    total = np.zeros((system.bare_mbs.systemData.ODE2Size(),) * 2)
     for pin in system.pins:
         if pin.law is not None:
             between, n = pin_coordinates(system, pin)

@@ -32,6 +32,7 @@ from exugear.contact.rotation import RXYZ, angular_velocity, by_angles, moments,
 from exugear.contact.vectors import cross, dot, scaled, total
 from exugear.gearbox.bearing import Bearing, is_isotropic
 from exugear.gearbox.bearing_law import potential, tangent_stiffness
+from exugear.gearbox.elastic_carrier import SeriesPin
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, reader, record_type
@@ -145,16 +146,18 @@ class Pin:
         return np.array([x, y, z, -b, a])[: self.recorder.components]
 
 
-def pin_of(planet: Shaft, carrier: Shaft, poses, components: int) -> Pin:
+def pin_of(planet: Shaft, carrier: Shaft, poses, components: int, series: SeriesPin | None = None) -> Pin:
     """The pin of a planet; ValueError for bearings that are not the same in all directions.
 
     poses        reference coordinates (6) of planet and carrier
     components   of the planet's motion beside its spin: 2 or 5
+    series       of its linear bearing and a carrier that yields
     """
     stiffness, damping, law = np.zeros((6, 6)), np.zeros((6, 6)), None
     for axial, bearing in planet.bearings.items():
         k = bearing.at(axial - planet.centre)
-        stiffness, damping = stiffness + k, damping + bearing.damping_time * k
+        k, d = series.at(axial - planet.centre) if series else (k, bearing.damping_time * k)
+        stiffness, damping = stiffness + k, damping + d
         law = bearing.record_of_runs(axial - planet.centre) if isinstance(bearing, RollingBearing) else law
     linear = law is not None or all(bearing.linear for bearing in planet.bearings.values())
     turning = f"the pin of {planet.name!r} turns with the carrier: its bearing must be linear and the same in all"

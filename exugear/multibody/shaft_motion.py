@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Rotor, Shaft
@@ -150,10 +151,24 @@ class InBearings:
     measured: Measured | None
 
 
+Motions = Mapping[str, tuple[Shaft, np.ndarray, np.ndarray]]
+
+
 def motion_in_bearings(model: Model) -> dict[str, InBearings]:
-    """Shafts on bearings by name, with their motion against the seats, as in `motions_on_bearings`."""
-    motions = motions_on_bearings(model)
-    seats = recorded_seats(model, motions)
+    """Shafts on bearings by name, with their recorded motion against the seats, as in `motions_on_bearings`."""
+    of_housing = model.seats.motion(model.meshes[0].recorder.deflection.size) if model.seats else None
+    return against_seats(model, motions_on_bearings(model), of_housing)
+
+
+def against_seats(
+    model: Model, motions: Motions, of_housing: tuple[np.ndarray, np.ndarray] | None
+) -> dict[str, InBearings]:
+    """Shafts on bearings by name, with their motion against the seats.
+
+    motions      of the shafts, as in `motions_on_bearings`
+    of_housing   (n, m) coordinates of the housing and their rates; None where no seat moves on its own
+    """
+    seats = motions_of_all_seats(model, motions, of_housing)
     by_name = {}
     for name, (shaft, q, q_t) in motions.items():
         elastic, moving = model.scene.elastic.get(name), positions_on([*seats], shaft)
@@ -166,10 +181,10 @@ def motion_in_bearings(model: Model) -> dict[str, InBearings]:
     return by_name
 
 
-def recorded_seats(
-    model: Model, motions: Mapping[str, tuple[Shaft, np.ndarray, np.ndarray]]
+def motions_of_all_seats(
+    model: Model, motions: Motions, of_housing: tuple[np.ndarray, np.ndarray] | None
 ) -> dict[tuple[str, float], SeatMotion]:
-    """Recorded motion of all seats that move or yield; motions: of the shafts, as in `motions_on_bearings`."""
+    """Motion of all seats that move or yield; arguments of `against_seats`."""
     seats = {}
     if coupling := coupling_of(model.gearbox, model.scene):
         q, q_t = ((coupling.seat_motion @ x).T for x in seat_motions(coupling, motions, model.scene))
@@ -178,10 +193,21 @@ def recorded_seats(
                 if (number := seat_number(coupling.housing, name, axial)) is not None:
                     part = slice(6 * number, 6 * number + 6)
                     seats[name, axial] = SeatMotion(q[:, part], q_t[:, part])
-    if model.seats is None:
+    if of_housing is None:
         return seats
-    of_housing = model.seats.motion(model.meshes[0].recorder.deflection.size)
     return seats | motions_of_seats(model.gearbox, model.scene, model.seats, motions, of_housing)
+
+
+def replace_forces_on_seats(model: Model, motions: Motions, forces: np.ndarray) -> None:
+    """Put the forces (n_bearing, 3 or 5, n) of bearings whose seats yield without coordinates of their own."""
+    coupling = coupling_of(model.gearbox, model.scene)
+    if coupling is None:
+        return
+    of_seats = forces_on_seats(coupling, *seat_motions(coupling, motions, model.scene))
+    bearings = [(name, axial) for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
+    for row, bearing in enumerate(bearings):
+        if (seat := seat_number(coupling.housing, *bearing)) is not None:
+            forces[row] = of_seats[6 * seat : 6 * seat + forces.shape[1]]
 
 
 @dataclass
@@ -214,15 +240,8 @@ class BearingForces:
             spin = None if spin is None else spin[new]
             motion = moved.q[new], moved.q_t[new]
             bearing_forces(moved.shaft, *motion, self.values[first:last, :, new], moved.measured, spin)
-        if coupling := coupling_of(self.model.gearbox, self.model.scene):
-            motions = {
-                name: (shaft, q[new], q_t[new]) for name, (shaft, q, q_t) in motions_on_bearings(self.model).items()
-            }
-            forces = forces_on_seats(coupling, *seat_motions(coupling, motions, self.model.scene))
-            bearings = [(name, axial) for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
-            for row, bearing in enumerate(bearings):
-                if (seat := seat_number(coupling.housing, *bearing)) is not None:
-                    self.values[row, :, new] = forces[6 * seat : 6 * seat + self.values.shape[1]]
+        motions = {x: (shaft, q[new], q_t[new]) for x, (shaft, q, q_t) in motions_on_bearings(self.model).items()}
+        replace_forces_on_seats(self.model, motions, self.values[:, :, new])
         self.computed = number
 
     def variables(self, number: int, displacement: bool) -> dict[str, Any]:
@@ -285,7 +304,10 @@ class BearingForces:
 
 
 def drag_variables(model: Model) -> dict[str, Any]:
-    """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag."""
+    """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag.
+
+    Drags between shafts drive the one that carries the seat: its part of the loss is negative, the sum of both is not.
+    """
     shafts = model.gearbox.shafts
     if not any(shaft.drags for shaft in shafts):
         return {}
@@ -304,7 +326,14 @@ def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
     _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
     spin, elastic = spin_of_cages(model, shaft), model.scene.elastic.get(shaft.name)
-    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion, elastic, spin)
+    box, speeds = model.gearbox, recorded(model, "speed")
+    torque = braking_torques(box.braked_on_ground[shaft.name], speeds[shaft.name], motion, elastic, spin)
+    for carried, carrying, drag in box.drags_between:
+        if shaft.name in (carried, carrying):
+            against = box.directions[carried] * speeds[carried] - box.directions[carrying] * speeds[carrying]
+            sense = box.directions[shaft.name] * (1 if shaft.name == carried else -1)
+            torque = torque + sense * braking_torque(drag.terms, against, 0.0)
+    return torque
 
 
 def _unbalance_torque(model: Model, shaft: Shaft) -> np.ndarray:
@@ -389,7 +418,7 @@ def imposed_torque(
     else:
         torque = mesh_torque(model, shaft)
         np.subtract(model.gearbox.body_inertias[shaft.name] * acceleration, torque, out=torque)
-        if shaft.drags:
+        if shaft.drags or model.gearbox.drags_between:
             torque += _drag_torque(model, shaft)
         if shaft.unbalances:
             torque -= _unbalance_torque(model, shaft)

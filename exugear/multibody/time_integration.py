@@ -80,7 +80,7 @@ class Solver:
     @property
     def stopped_at(self) -> float:
         """Time of the system [s]."""
-        return self.model.mbs.systemData.GetTime()
+        return self.model.bare_mbs.systemData.GetTime()
 
     def segments_between(self, bounds: Sequence[int], state: RunState | None = None) -> Iterator[Segment]:
         """Integrate from the present state, at the first of these steps, to the others; each segment once it is solved.
@@ -110,13 +110,13 @@ class Solver:
                 if end:
                     self._cut(segments, end.sample * self.scheme.steps.every)
                     break
-        if self.model.mbs.systemData.NumberOfSensors() and not end:
-            set_state_of_system(self.model.mbs, state_of_system(self.model.mbs, CURRENT), INITIAL)
+        if self.model.bare_mbs.systemData.NumberOfSensors() and not end:
+            set_state_of_system(self.model.bare_mbs, state_of_system(self.model.bare_mbs, CURRENT), INITIAL)
         return end
 
     def _present(self, step: int) -> exu.ConfigurationType:
         """The configuration that holds the state at a step between two segments."""
-        halted = step and self.model.mbs.systemData.NumberOfSensors()
+        halted = step and self.model.bare_mbs.systemData.NumberOfSensors()
         return CURRENT if halted else INITIAL
 
     def _end_in(self, last: int) -> End | None:
@@ -135,7 +135,7 @@ class Solver:
         segments[-1] = replace(segments[-1], last=last)
         settings = self.settings()
         settings.solution.sensors.active = False
-        set_state_of_system(self.model.mbs, segments[-1].state.system, INITIAL)
+        set_state_of_system(self.model.bare_mbs, segments[-1].state.system, INITIAL)
         self.solve(settings, segments[-1])
 
     @contextmanager
@@ -148,7 +148,7 @@ class Solver:
         """
         if begin == 0 and not self._steady:
             self._compute_initial_forces()
-        if self.model.mbs.systemData.NumberOfSensors():
+        if self.model.bare_mbs.systemData.NumberOfSensors():
             with self._halting_solver() as (solver, settings):
                 yield partial(self._continue, solver, settings)
         else:
@@ -182,7 +182,7 @@ class Solver:
         model, conditions, t = self.model, self.conditions, last * self.scheme.steps.size
         if not conditions.imposed:
             return
-        system = model.mbs.systemData
+        system = model.bare_mbs.systemData
         q, rates = system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)
         known = is_known_function_of_time(model)
         for imposed, speed_of, motion in zip(
@@ -203,9 +203,9 @@ class Solver:
         h, integration = self.scheme.steps.size, settings.timeIntegration
         integration.startTime, integration.endTime = segment.first * h, segment.last * h
         integration.numberOfSteps = (segment.last - segment.first) << halvings
-        self.model.mbs.SolveDynamic(settings, updateInitialValues=halvings == 0)
+        self.model.bare_mbs.SolveDynamic(settings, updateInitialValues=halvings == 0)
         if halvings == 0:
-            self.iterations.append(self.model.mbs.sys["dynamicSolver"].it.newtonStepsCount)
+            self.iterations.append(self.model.bare_mbs.sys["dynamicSolver"].it.newtonStepsCount)
 
     def _continue(self, solver, settings: exu.SimulationSettings, segment: Segment) -> None:
         """Let a halted solver continue to the end of a segment; the sensors at its start have been written already."""
@@ -213,13 +213,13 @@ class Solver:
         solver.it.endTime = segment.last * h
         if segment.first:
             solver.output.lastSensorsWritten = (segment.first + self.scheme.sensor_steps - 0.5) * h
-        if not solver.SolveSteps(self.model.mbs, settings):
+        if not solver.SolveSteps(self.model.bare_mbs, settings):
             raise RuntimeError("no convergence")
 
     @contextmanager
     def _halting_solver(self) -> Iterator[tuple[Any, exu.SimulationSettings]]:
         """Exudyn's solver over the whole run, driven from Python, and its settings."""
-        h, mbs, number = self.scheme.steps.size, self.model.mbs, self.scheme.steps.number
+        h, mbs, number = self.scheme.steps.size, self.model.bare_mbs, self.scheme.steps.number
         settings = self.settings()
         solver: Any = exu.MainSolverImplicitSecondOrder()
         settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = number * h, number
@@ -233,7 +233,7 @@ class Solver:
 
     def _compute_initial_forces(self) -> None:
         """Evaluate all forces in the initial state, so that the recorders take their first samples."""
-        settings, mbs = self.scheme.settings(), self.model.mbs
+        settings, mbs = self.scheme.settings(), self.model.bare_mbs
         settings.solution.sensors.active = False
         solver: Any = exu.MainSolverStatic()
         solver.InitializeSolver(mbs, settings)
@@ -251,7 +251,7 @@ class Solver:
         if self.conditions.prescribed:
             return float(self.conditions.driving_speed(t))
         spin = self.model.spins[self.model.gearbox.driving.name]
-        return float(self.model.mbs.systemData.GetODE2Coordinates_t()[spin])
+        return float(self.model.bare_mbs.systemData.GetODE2Coordinates_t()[spin])
 
     @property
     def _remedy(self) -> str:
@@ -280,7 +280,7 @@ class Solver:
 
 def state_of_run(model: Model, configuration=INITIAL) -> RunState:
     """State of the system in a configuration, and what its contacts remember of the last step."""
-    return RunState(state_of_system(model.mbs, configuration), last_steps(model))
+    return RunState(state_of_system(model.bare_mbs, configuration), last_steps(model))
 
 
 def progress_bar(scheme: Scheme, progress: bool) -> Any:

@@ -32,7 +32,7 @@ def in_turn(verb: Verb) -> Verb:
     @wraps(verb)
     def waiting(*args, **kwargs):
         model = args[0] if args else kwargs[first]
-        with turn_with(getattr(model, "mbs", model)):
+        with turn_with(getattr(model, "bare_mbs", model)):
             return verb(*args, **kwargs)
 
     return cast(Verb, waiting)

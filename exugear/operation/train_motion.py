@@ -26,10 +26,16 @@ def drag_torques(gearbox: Gearbox, speeds: np.ndarray) -> np.ndarray:
 
     Bearings whose load only the run knows count as unloaded.
     """
-    return np.array([
-        -sum(braking_torque(drag.terms, speed, 0.0) for _, drag in shaft.drags)
+    numbers = {shaft.name: number for number, shaft in enumerate(gearbox.shafts)}
+    torques = np.array([
+        -sum(braking_torque(drag.terms, speed, 0.0) for _, drag in gearbox.braked_on_ground[shaft.name].drags)
         for shaft, speed in zip(gearbox.shafts, speeds.tolist(), strict=True)
-    ])  # fmt: skip
+    ], float)  # fmt: skip
+    for carried, carrying, drag in gearbox.drags_between:
+        torque = braking_torque(drag.terms, speeds[numbers[carried]] - speeds[numbers[carrying]], 0.0)
+        torques[numbers[carried]] -= torque
+        torques[numbers[carrying]] += torque
+    return torques
 
 
 def accelerations_under(

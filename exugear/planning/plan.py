@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
+from exugear.gearbox.elastic_carrier import check_series
 from exugear.gearbox.elastic_housing import ElasticHousing
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.gearbox import Gearbox
@@ -178,6 +179,8 @@ def plan(
 
 def _plan(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None, housing_modes: int | None) -> Plan:
     """`plan`; its many small eigenproblems take up to 40 times longer on several threads of a machine at work."""
+    for name, stiffness in gearbox.elastic_carriers.items():
+        check_series(stiffness, gearbox.ends[name], gearbox.planets_by_carrier[name])
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
     why = {name: reason for name, (_, reason) in choices.items()}
@@ -232,7 +235,9 @@ def _losses(gearbox: Gearbox) -> dict[str, str]:
         for label, stage in zip(gearbox.labels, gearbox.stages, strict=True)
         if stage.friction
     }
-    drags = {shaft.name: [repr(drag) for _, drag in shaft.drags] for shaft in gearbox.shafts}
+    drags = {x.name: [repr(drag) for _, drag in gearbox.braked_on_ground[x.name].drags] for x in gearbox.shafts}
+    for carried, carrying, drag in gearbox.drags_between:
+        drags[carried].append(f"{drag!r} by its speed against {carrying!r}")
     return friction | {name: f"braked by {', '.join(texts)}" for name, texts in drags.items() if texts}
 
 
@@ -246,12 +251,6 @@ def _coefficient(friction: MeshFriction, stage: Stage) -> str:
 
 def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
     """Coordinates that a shaft needs, and the reason."""
-    on_carrier = shaft.name not in gearbox.planets and any(stage.carrier for stage in _stages_of(gearbox, shaft))
-    tilted = on_carrier and bool(shaft.offset.tilt_x or shaft.offset.tilt_y)
-    pins = tilted and any(x.carrier and x.carrier.name in gearbox.carriers_of_pins for x in _stages_of(gearbox, shaft))
-    fixed = f"shaft {shaft.name!r} is tilted, seen from planets on elastic pins that turn about it, which is not built"
-    remedy = "leave pin= out, or displace the shaft by Placement(x=..., y=...) alone"
-    require(not pins, f"{fixed}; {remedy}")
     if not shaft.bearings:
         on_pin = "it turns on an ideal pin, and its mass with the carrier"
         return Coordinates.SPIN, on_pin if shaft.name in gearbox.planets else "no bearings given: ideal ones"
@@ -300,6 +299,7 @@ def _cause_of_tilt(gearbox: Gearbox, shaft: Shaft) -> str:
         "forces, unbalance or its weight act on it": shaft.is_loaded,
         "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
         "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
+        "its pin leans as its carrier yields": bool(gearbox.elastic_carriers) and _leans(gearbox, shaft.name),
         "bearings stand between it and another shaft": shaft.name in names_between(gearbox.between),
         "its seats in the housing yield": gearbox.housing is not None and shaft.name in dict(gearbox.housing.seats),
     }
@@ -313,6 +313,13 @@ def _bearings_couple_tilt(shaft: Shaft, gear_position: float) -> bool:
     return bool(np.abs(stiffness / np.outer(scale, scale))[:2, 2:5].max() > ROUNDING)
 
 
+def _leans(gearbox: Gearbox, planet: str) -> bool:
+    """Whether a radial force on the pin of a planet also tilts it, by the carrier below."""
+    carrier = gearbox.planets.get(planet)
+    pins = gearbox.series_pins if carrier and carrier.name in gearbox.elastic_carriers else {}
+    return planet in pins and bool(pins[planet].stiffness[0, 4])
+
+
 def has_tilted_shafts(stage: Stage) -> bool:
-    """Whether the shafts of a stage are tilted."""
-    return any(shaft.offset.tilt_x or shaft.offset.tilt_y for shaft in (stage.fast, stage.slow))
+    """Whether the shafts of a stage, or its carrier, are tilted."""
+    return any(shaft.offset.tilt_x or shaft.offset.tilt_y for shaft in stage.shafts)

@@ -6,11 +6,12 @@ from math import pi
 import numpy as np
 import xarray as xr
 
+from exugear.gearbox.elastic_carrier import series_error
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.planetary import Planetary
 from exugear.planning.coordinates import Coordinates
-from fem.ste.ste_map import CROSS_COMPLIANCE
+from fem.ste.ste_map import CROSS_COMPLIANCE, CROSS_LEFT_OUT
 
 CLAMPED = "skipped: bending of the ring between the planets, which the maps of single meshes do not hold"
 #: Share of the deflection of a mesh from which coordinates are worth their time, and that they may leave out.
@@ -42,9 +43,18 @@ def words_of_sets(gearbox: Gearbox, kinds: Mapping[str, Coordinates]) -> dict[st
             _words_of_members(members, kinds),
             *_words_of_phases(gearbox, carrier),
             *[_words_of_ring(of_set) for of_set in gearbox.sets if of_set.carrier.name == carrier],
-            "skipped: bending of the carrier",
+            _words_of_carrier(gearbox, carrier),
         ])  # fmt: skip
     return words
+
+
+def _words_of_carrier(gearbox: Gearbox, carrier: str) -> str:
+    """How a carrier yields."""
+    stiffness, planets = gearbox.elastic_carriers.get(carrier), gearbox.planets_by_carrier.get(carrier, [])
+    if stiffness is None:
+        return "skipped: bending of the carrier (no carrier_stiffness given)"
+    error = f"{100 * series_error(stiffness, planets):.2g} % of the energy of the pins"
+    return f"the carrier yields in series with each pin: skipped is how pins move one another, {error}"
 
 
 def _words_of_planets(planets: list[str], kinds: Mapping[str, Coordinates]) -> str:
@@ -75,12 +85,12 @@ def _words_of_ring(of_set: Planetary) -> str:
     modes, stage = of_set.ring_modes, of_set.stages[1]
     compliance = 1 / mean_stiffness(stage.force, stage.pair)
     if modes is None:
-        table = _cross_compliance(of_set)
+        table = _listed_around(of_set, CROSS_COMPLIANCE)
         if table is None:
             return CLAMPED
         share = _largest_between(table, of_set) / compliance
         left_out = f"skipped: through the rim of its ring another planet deflects a mesh by up to {share:.2%} of what"
-        advice = f"; {_advice(table, of_set, compliance)}" if share > WORTH else ""
+        advice = f"; {_advice(of_set, table.size, compliance)}" if share > WORTH else ""
         return f"{left_out} its own force does (static){advice}"
     low, high = (float(modes["frequency"][i]) for i in (0, -1))
     compliance += float(modes["flexibility"].mean())
@@ -96,28 +106,28 @@ def _words_of_ring(of_set: Planetary) -> str:
     ])  # fmt: skip
 
 
-def _advice(table: np.ndarray, of_set: Planetary, compliance: float) -> str:
-    """The ring modes by whose coordinates planets of a set deflect one another, but for a share `WORTH`.
+def _advice(of_set: Planetary, angles: int, compliance: float) -> str:
+    """The fewest ring modes by whose coordinates planets of a set deflect one another, but for a share `WORTH`.
 
-    A rim of h lobes at most has 2 h + 1 modes, which are the lowest. Modes without mass would cost as much in a run.
+    Modes that bend a rim in few lobes are not all: those that stretch it lie among them, and between bolts modes of
+    many lobes mix. So the map lists what each number of modes leaves out.
 
-    table        (n,) cross compliance at even angles around the ring [m/N]
+    angles       number of angles around the ring for which the map lists it
     compliance   of a mesh [m/N]
     """
-    waves = np.fft.rfft(table)
-    for lobes in range(1, len(waves)):
-        beyond = np.fft.irfft(np.where(np.arange(len(waves)) > lobes, waves, 0.0), len(table))
-        left_out = _largest_between(beyond, of_set) / compliance
-        if left_out < WORTH:
-            break
-    coordinates = f"ring_modes=fem.ring_modes(ring_pair, {2 * lobes + 1})"
-    return f"Planetary({coordinates}) couples the meshes by it and leaves out about {left_out:.2%}"
+    listed = _listed_around(of_set, CROSS_LEFT_OUT)
+    if listed is None:
+        return "Planetary(ring_modes=fem.ring_modes(ring_pair)) couples the meshes by it"
+    shares = [_largest_between(table, of_set) / compliance for table in listed.reshape(-1, angles)]
+    number = next((n for n, share in enumerate(shares) if share < WORTH), int(np.argmin(shares)))
+    coordinates = f"ring_modes=fem.ring_modes(ring_pair, {number + 1})"
+    return f"Planetary({coordinates}) couples the meshes by it and leaves out {shares[number]:.2%}"
 
 
-def _cross_compliance(of_set: Planetary) -> np.ndarray | None:
-    """(n,) of the map of the ring, None where its rim is clamped, or its law is a table."""
+def _listed_around(of_set: Planetary, name: str) -> np.ndarray | None:
+    """Attribute of the map of the ring (n,); None where its rim is clamped, its law is a table, or it has none."""
     maps = of_set.ring_mesh if isinstance(of_set.ring_mesh, list | tuple) else [of_set.ring_mesh]
-    table = maps[0].attrs.get(CROSS_COMPLIANCE) if isinstance(maps[0], xr.Dataset) else None
+    table = maps[0].attrs.get(name) if isinstance(maps[0], xr.Dataset) else None
     return None if table is None else np.asarray(table, float)
 
 

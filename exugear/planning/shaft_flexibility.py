@@ -201,6 +201,7 @@ def _chosen(
     """
     stages = [stage for stage in gearbox.stages if shaft in stage.shafts]
     excitations = [_excitation(gearbox, stage, shaft, shafts) for stage in stages]
+    held = np.isinf(excitations[0].shaft.end)
     axial, spatial = any(stage.pair.beta_b for stage in stages), shafts[shaft.name].on_bearings
 
     def errors_of(reduced: ElasticShaft) -> Errors:
@@ -217,7 +218,7 @@ def _chosen(
     pairs = sorted(product(bending, range(MOST_TORSION + 1)), key=lambda pair: (2 * pair[0] + pair[1], pair[1]))
     compared: list[tuple[ElasticShaft, Errors]] = []
     for pair in pairs:
-        tried = elastic_shaft(shaft, *pair, spatial=spatial, axial=axial)
+        tried = elastic_shaft(shaft, *pair, spatial=spatial, axial=axial, held=held)
         compared.append((tried, errors_of(tried)))
         if compared[-1][1].small:
             break

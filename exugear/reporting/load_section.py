@@ -28,15 +28,28 @@ def load_section(data: xr.Dataset) -> Section:
 
 
 def _of_meshes(data: xr.Dataset) -> Table:
-    columns = ("mesh", "force [kN]", "mean [N/mm]", "K_Hβ", "method B", "closed form", "misalignment [µm]")
+    columns: tuple[str, ...] = (
+        "mesh",
+        "force [kN]",
+        "mean [N/mm]",
+        "K_Hβ",
+        "method B",
+        "closed form",
+        "misalignment [µm]",
+    )
+    of_planets = bool(np.isfinite(data["K_gamma"]).any())
+    columns += ("K_γ",) * of_planets
     rows = []
     for label in data["mesh"].values:
         row = data.sel(mesh=label)
         force, width = float(row["mesh_force"]), float(row["width"])
         factors = [f"{float(row[name]):.3f}" for name in ("K_H_beta", "K_H_beta_B", "K_H_beta_C")]
         misaligned = f"{float(row['F_beta_y']) / um:.1f}"
-        rows.append((str(label), f"{force / 1e3:.3f}", f"{force / width * mm:.1f}", *factors, misaligned))
-    return Table("Face load factors; misalignment over the face width, > 0 opens along z.", columns, tuple(rows))
+        shared = (f"{sharing:.3f}" if np.isfinite(sharing := float(row["K_gamma"])) else "",) * of_planets
+        rows.append((str(label), f"{force / 1e3:.3f}", f"{force / width * mm:.1f}", *factors, misaligned, *shared))
+    caption = "Face load factors; misalignment over the face width, > 0 opens along z."
+    sharing_words = " K_γ: mesh force over the mean of the planets at the same gear." * of_planets
+    return Table(caption + sharing_words, columns, tuple(rows))
 
 
 def _of_bearings(data: xr.Dataset) -> Table:

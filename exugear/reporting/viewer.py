@@ -70,7 +70,7 @@ def add_gears(model: Model) -> None:
                     orbiting.setdefault(name, []).extend(parts)
                 else:
                     for part in parts:
-                        add_graphics(model.mbs, model.bodies[name], part)
+                        add_graphics(model.bare_mbs, model.bodies[name], part)
                 drawn.add((name, axial))
     for name, parts in orbiting.items():
         add_orbiting(model, name, parts)
@@ -101,8 +101,8 @@ def add_orbiting(model: Model, name: str, parts: list[dict[str, Any]]) -> None:
         turned, spin = mbs.systemData.GetODE2Coordinates(shown)[spins]
         return [graphics.Move(part, centre + about_z(turned) @ (axis - centre), about_z(spin)) for part in parts]
 
-    model.mbs.SetObjectParameter(contact, "VgraphicsDataUserFunction", orbiting_planet)
-    model.mbs.SetObjectParameter(contact, "Vshow", True)
+    model.bare_mbs.SetObjectParameter(contact, "VgraphicsDataUserFunction", orbiting_planet)
+    model.bare_mbs.SetObjectParameter(contact, "Vshow", True)
 
 
 def about_z(angle: float) -> np.ndarray:
@@ -128,10 +128,10 @@ def add_carriers(model: Model) -> None:
         plate = shaft_graphics(
             thickness, 2 * radius, axial=back - thickness / 2 - at, d_bore=radius, color=CARRIER_GREY, tiles=120
         )
-        add_graphics(model.mbs, model.bodies[carrier.name], plate)
+        add_graphics(model.bare_mbs, model.bodies[carrier.name], plate)
         for arm in arms:
             pin = shaft_graphics(front - back, d_pin, axial=(front + back) / 2 - at, color=CARRIER_GREY)
-            add_graphics(model.mbs, model.bodies[carrier.name], graphics.Move(pin, [*arm, 0.0], np.eye(3)))
+            add_graphics(model.bare_mbs, model.bodies[carrier.name], graphics.Move(pin, [*arm, 0.0], np.eye(3)))
 
 
 def add_shafts(model: Model) -> None:
@@ -143,13 +143,13 @@ def add_shafts(model: Model) -> None:
         low, high = ends(shaft)
         d = DIAMETER_SHARE * min(bores)
         axial = (low + high) / 2 - origin(model, shaft.name)
-        add_graphics(model.mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
+        add_graphics(model.bare_mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
 
 
 @contextmanager
 def shown_at(model: Model, angle: float) -> Iterator[None]:
     """Let the viewer show a model whose driving shaft has turned by an angle [rad], all shafts at their ratios."""
-    system, shown = model.mbs.systemData, exu.ConfigurationType.Current  # which the raytracer shows
+    system, shown = model.bare_mbs.systemData, exu.ConfigurationType.Current  # which the raytracer shows
     before = system.GetODE2Coordinates(shown)
     try:
         system.SetODE2Coordinates(rigid_coordinates(model, angle * model.gearbox.nominal_ratios), shown)
@@ -186,8 +186,10 @@ def picture(
 
 def hide(model: Model) -> None:
     """Hide Exudyn's symbols of drive and contacts."""
-    for item in (*model.drives, *(mesh.contact for mesh in model.meshes)):
-        model.mbs.SetObjectParameter(item, "Vshow", False)
+    for i in range(len(model.drive_items.ends)):
+        model.drive_items.set_constraint(i, {"Vshow": False})
+    for mesh in model.meshes:
+        model.bare_mbs.SetObjectParameter(mesh.contact, "Vshow", False)
 
 
 def origin(model: Model, name: str) -> float:

@@ -272,7 +272,7 @@ class Parts:
 
     def run(self, progress: bool) -> tuple[list[Segment], None, BaseException | None]:
         """As `Solver.run`."""
-        mbs, chain, stop = self.solver.model.mbs, self.joining.chain, None
+        mbs, chain, stop = self.solver.model.bare_mbs, self.joining.chain, None
         try:
             with self.folder, progress_bar(self.solver.scheme, progress) as chain.bar:
                 self.joining.run(rows_of(recorders_of(self.solver.model, self.torques)))

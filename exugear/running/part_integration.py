@@ -171,7 +171,7 @@ def integrate(job: Job, part: Part) -> Integrated:
                     if _is_joined(solver, segment.last, states, part.expected):
                         break
             finally:
-                stopped_at = solver.model.mbs.systemData.GetTime()
+                stopped_at = solver.model.bare_mbs.systemData.GetTime()
                 end = max(begin, int(stopped_at / steps.interval + 0.5) + 1)
                 samples = part_samples(recorders_of(solver.model, torques), range(begin, end))
     except (RuntimeError, ValueError) as error:
@@ -204,7 +204,7 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
                 set_holding_forces(model, begin.initial_torques + conditions.initial_drags)
             acting.release()
             if part.state:
-                set_state_of_system(model.mbs, part.state.system, INITIAL)
+                set_state_of_system(model.bare_mbs, part.state.system, INITIAL)
             samples = range(part.seam // steps.every, part.bounds[-1] // steps.every + 1)
             power = needs_speeds(model, conditions)
             with recording(model, steps, acting.torques, power=power, samples=samples):
@@ -260,7 +260,7 @@ def check_parts(model: Model, conditions: Conditions) -> None:
     few = f"{free}; impose {len(conditions.anchors)} by exugear.Speed, or leave executor out"
     require(conditions.prescribed, few)
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
-    sensors = model.mbs.systemData.NumberOfSensors()
+    sensors = model.bare_mbs.systemData.NumberOfSensors()
     added = "executor: model.mbs has objects, loads or sensors beside those of the gearbox"
     remedy = "which other processes cannot build; leave executor out"
     require(not (further_objects(model) or further_loads(model) or sensors), f"{added}, {remedy}")

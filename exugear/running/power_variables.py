@@ -148,6 +148,10 @@ def _losses(
         for axial, loss in bearing_losses(shaft, motions[shaft.name]).items()
     }
     couplings = {name: loss for shaft in model.gearbox.shafts for name, loss in coupling_losses(shaft, motions).items()}
+    ends = {shaft.name: shaft for shaft in model.gearbox.shafts if shaft.name in model.elastics and shaft.twist}
+    towards_ends = {
+        name: couplings.pop(name if len(shaft.rotors) == 1 else shaft.end_name) for name, shaft in ends.items()
+    }
     couplings |= {
         f"{shaft.name} torque support": sum(x.torsion * x.damping_time for x in shaft.torque_supports) * speed**2
         for shaft, speed in ((shaft, motions[shaft.name].speed) for shaft in model.gearbox.shafts)
@@ -158,7 +162,7 @@ def _losses(
     bearings |= on_seats
     couplings |= {"housing": housing.loss} if housing else {}
     for name in model.elastics:
-        couplings[f"{name} shaft"] = elastic_loss(motions[name])
+        couplings[f"{name} shaft"] = elastic_loss(motions[name]) + towards_ends.get(name, 0.0)
     couplings |= {f"{name} rim": ring.elastic.loss(rates) for name, (ring, _, rates) in rings.items()}
     about = {"units": "W", "long_name": "power that damping dissipates"}
     variables: dict[str, Any] = {"mesh_loss": (("stage", "time"), meshes, about)}
@@ -306,7 +310,8 @@ def _with_torsion(
     amplitudes, velocities = np.asarray(motion.twists), np.asarray(motion.twist_rates)
     twists = np.column_stack([np.reshape(turned, (-1, number)).T - motion.spin[:, None], amplitudes])
     rates = np.column_stack([np.reshape(turning, (-1, number)).T, velocities])
-    return replace(motion, twists=twists, twist_rates=rates, beside=beside)
+    damping = torsion.held_damping if held else torsion.damping
+    return replace(motion, twists=twists, twist_rates=rates, beside=beside, twist_damping=damping)
 
 
 def _motions_on_pins(

@@ -330,7 +330,7 @@ def _parts(shaft: Shaft) -> str:
 
 def with_end_state(model: Model, data: xr.Dataset, end: End | None) -> xr.Dataset:
     """The data with the state of the system at the end, and with the condition that has ended the run, if any."""
-    system = model.mbs.systemData
+    system = model.bare_mbs.systemData
     state = [system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)]
     values = np.array([*state, system.GetODE2Coordinates_tt(INITIAL)])
     about = {"units": "SI", "long_name": "coordinates of the system at the end, with their time derivatives"}

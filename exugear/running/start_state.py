@@ -19,7 +19,7 @@ def end_state_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.n
     """(3, n_coordinates) end state of another run; ValueError unless this model can go on from there."""
     ended = "initial must be a run that came to its end, this one was stopped by an error"
     require("end_state" in data, f"{ended}, or saved by an older version; run it again")
-    state, number = data["end_state"].values, model.mbs.systemData.ODE2Size()
+    state, number = data["end_state"].values, model.bare_mbs.systemData.ODE2Size()
     stages, labels = data["stage"].values.tolist(), list(model.gearbox.labels)
     same = state.shape[1] == number and stages == labels
     unlike = f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}"
@@ -51,7 +51,7 @@ def set_start_state(model: Model, conditions: Conditions, state: np.ndarray | No
     if state is None:
         solve_initial_equilibrium(model, conditions, lag)
         return
-    system = model.mbs.systemData
+    system = model.bare_mbs.systemData
     system.SetODE2Coordinates(state[0], INITIAL)
     system.SetODE2Coordinates_t(state[1], INITIAL)
     system.SetODE2Coordinates_tt(state[2], INITIAL)

@@ -189,7 +189,7 @@ def vibration(model: Model, scheme: Scheme, segment: Segment) -> np.ndarray:
 
 def repeated_in_place(solver: Solver, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
     """(n_stage,) rms of the DTE of each segment at half the step; samples and state of the system are restored."""
-    mbs, kinds = solver.model.mbs, (INITIAL, CURRENT)
+    mbs, kinds = solver.model.bare_mbs, (INITIAL, CURRENT)
     for segment in segments:
         ends = [state_of_system(mbs, kind) for kind in kinds]
         with _samples_kept(solver, segment):
@@ -204,7 +204,7 @@ def vibration_at_half_the_step(solver: Solver, segment: Segment) -> np.ndarray:
     rule = replace(solver.scheme.rule, step=solver.scheme.steps.size / 2)
     settings = solver.scheme.settings(rule)
     settings.solution.sensors.active = False
-    set_state_of_system(solver.model.mbs, segment.state.system, INITIAL)
+    set_state_of_system(solver.model.bare_mbs, segment.state.system, INITIAL)
     try:
         with solver.explained(rule):
             solver.solve(settings, segment, halvings=1)

@@ -7,6 +7,7 @@ import numpy as np
 
 from exugear.gearbox.shaft_dynamics import bearing_forces
 from exugear.multibody.model import Model
+from exugear.multibody.shaft_motion import against_seats, replace_forces_on_seats
 from exugear.steady_state.branch import Branch
 from exugear.steady_state.force_error import Reduction
 from exugear.steady_state.periodic_orbit import PeriodicOrbits
@@ -21,11 +22,9 @@ DIRECTIONS = "x", "y", "z"
 def bearing_vibration(model: Model, reduction: Reduction, branches: list[Branch]) -> dict[str, Any]:
     """Variables of `steady_states`: rms of the vibration of bearing forces over (point, bearing, direction).
 
-    Raises ValueError where no shaft stands on bearings, for sets on pins, whose frame turns, and for seats that move.
+    Raises ValueError where no shaft stands on bearings, for elastic shafts, and for sets on pins, whose frame turns.
     """
     require(not model.pins, "bearing_forces must be False for planets on pins, which are seen in a frame that turns")
-    yields = "bearing_forces must be False for bearings on a housing or on other shafts, whose seats move"
-    require(model.gearbox.housing is None and model.seats is None, f"{yields}; take exugear.run_up for them")
     kinds = model.plan.shafts
     shafts = [x for x in model.gearbox.shafts if kinds[x.name].on_bearings and x.bearings]
     require(len(shafts) > 0, "bearing_forces must be False where all shafts only spin: no bearing is modelled")
@@ -49,15 +48,17 @@ def _rms(model: Model, reduction: Reduction, shafts: list, branch: Branch, point
     motion, period = np.concatenate(parts), branch.period * system.cycles / frequency
     turns = 2j * pi * np.fft.rfftfreq(len(motion), 1 / len(motion))[:, None] / period
     rate = np.fft.irfft(turns * np.fft.rfft(motion, axis=0), len(motion), axis=0)
-    forces = []
-    for shaft in shafts:
-        moving = _moving(model, shaft.name)
-        of_shaft = np.zeros((len(shaft.bearings), 3, len(motion)))
-        built = model.elastics.get(shaft.name)
-        elastic = built.elastic if built else None
-        bearing_forces(shaft, (reduction.coordinates + motion)[:, moving], rate[:, moving], of_shaft, elastic)
-        forces.append(of_shaft)
-    return np.concatenate(forces).std(axis=2)
+    q = reduction.coordinates + motion
+    moving = {shaft.name: _moving(model, shaft.name) for shaft in shafts}
+    motions = {shaft.name: (shaft, q[:, moving[shaft.name]], rate[:, moving[shaft.name]]) for shaft in shafts}
+    of_housing = (q[:, model.seats.of_housing], rate[:, model.seats.of_housing]) if model.seats else None
+    forces = np.zeros((sum(len(shaft.bearings) for shaft in shafts), 3, len(motion)))
+    last = 0
+    for moved in against_seats(model, motions, of_housing).values():
+        first, last = last, last + len(moved.shaft.bearings)
+        bearing_forces(moved.shaft, moved.q, moved.q_t, forces[first:last], moved.measured)
+    replace_forces_on_seats(model, motions, forces)
+    return forces.std(axis=2)
 
 
 def _moving(model: Model, name: str) -> np.ndarray:

@@ -46,7 +46,7 @@ def force_error(model: Model, reduction: Reduction, states: np.ndarray, frequenc
     errors = []
     for stage, mesh, reduced in zip(reduction.stages, system.meshes, forces.T, strict=True):
         contact = model.meshes[stage].contact
-        whole, bodies = contact_of(model.mbs, contact), model.mbs.systemData.GetObjectLTGODE2(contact)
+        whole, bodies = contact_of(model.bare_mbs, contact), model.bare_mbs.systemData.GetObjectLTGODE2(contact)
         turned = angles[:, None] * _turns(model, model.meshes[stage])
         exact = np.array([whole.force(q[bodies]) for q in reduction.coordinates + turned + motion])
         errors.append(np.sqrt(np.mean((exact - reduced) ** 2)) / abs(mesh.equilibrium.force))
@@ -55,7 +55,7 @@ def force_error(model: Model, reduction: Reduction, states: np.ndarray, frequenc
 
 def _turns(model: Model, mesh: Mesh) -> np.ndarray:
     """(n_coordinates,) turns of the spins per turn of the driving shaft, those of a set in the frame of its carrier."""
-    ratios, turns = model.gearbox.ratios, np.zeros(model.mbs.systemData.ODE2Size())
+    ratios, turns = model.gearbox.ratios, np.zeros(model.bare_mbs.systemData.ODE2Size())
     of_carrier = ratios[mesh.stage.carrier.name] if mesh.stage.carrier else 0
     for name, spin in model.spins.items():
         turns[spin] = float(ratios[name] - of_carrier)

@@ -59,11 +59,11 @@ def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, 
     cycles = common_period(model, stages)
     with in_loaded_equilibrium(model, loads, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, [speed, 2 * speed], None)
-        q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
+        q = np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL))
         meshes = in_equilibrium.meshes
-        tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
+        tangents = [mesh_tangent(model.bare_mbs, meshes[stage].contact, None)[1] for stage in stages]
         further = [mesh for i, mesh in enumerate(meshes) if i not in stages and system.mesh_force[i]]
-        variation = max((_variation(model.mbs, mesh) for mesh in further), default=0.0)
+        variation = max((_variation(model.bare_mbs, mesh) for mesh in further), default=0.0)
     rings = ring_blocks((ring.elastic, ring.indices) for ring in model.rings.values())
     of_stages = [_reduced_mesh(model, meshes[i], system, i, x, q) for i, x in zip(stages, tangents, strict=True)]
     stiffness = system.stiffness + sum(mesh.stiffness for mesh in of_stages)
@@ -142,7 +142,7 @@ def _centrifugal_stiffness(system: LinearSystem, speed: float) -> np.ndarray:
 
 def _centrifugal_load(model: Model) -> np.ndarray:
     """(n,) centrifugal forces of the planets on pins per (rad/s)^2 of the driving shaft [N s^2]."""
-    load = np.zeros(model.mbs.systemData.ODE2Size())
+    load = np.zeros(model.bare_mbs.systemData.ODE2Size())
     for pin in model.pins:
         ratio = float(model.gearbox.ratios[pin.carrier.name])
         first = moving_of(model, pin.planet.name).start

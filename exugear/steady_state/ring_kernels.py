@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import carray
 
+from exugear.contact.elastic_ring import shape_in, span_at
 from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
 from fem.support.numba_cache import compiled
 
@@ -46,22 +46,13 @@ def rigid_ring():
 @compiled
 def yielding_at(ring, side, phase, phase_rate, states):
     """`Yielding` of a ring at the phase of the driving flank, pressed on a side; notes g and its slopes."""
-    m, points = ring.modes, ring.points
-    table = carray(doubles_at(ring.table), (2, points, m, 2))[0 if side > 0.0 else 1]
+    m, span = ring.modes, span_at(ring, side, phase)
     damping_rate, frequency = carray(doubles_at(ring.damping_rate), m), carray(doubles_at(ring.frequency), m)
     by_impulses, along = carray(doubles_at(ring.by_impulses), m), carray(doubles_at(ring.along), (2, m))
-    position = ring.start + ring.pitch * phase
-    first = np.floor(position)
-    u = position - first
-    i = int(first) % points
-    k = (i + 1) % points
-    v = 1.0 - u
-    a, b, c, d = v * v * (1.0 + 2.0 * u), u * v * v, u * u * (1.0 + 2.0 * v), -u * u * v
-    e, f, h = -6.0 * u * v, v * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)
     advance, rate, slope, mobility = 0.0, 0.0, 0.0, 0.0
     for j in range(m):
-        g = a * table[i, j, 0] + b * table[i, j, 1] + c * table[k, j, 0] + d * table[k, j, 1]
-        g_phase = ring.pitch * (e * (table[i, j, 0] - table[k, j, 0]) + f * table[i, j, 1] + h * table[k, j, 1])
+        g, g_u = shape_in(span, j)
+        g_phase = ring.pitch * g_u
         x, y = states[ring.first + 2 * j], states[ring.first + 2 * j + 1]
         along[0, j], along[1, j] = g, g_phase
         advance, slope = advance + g * x, slope + g_phase * x

@@ -7,15 +7,18 @@ modes leave out, the flexibility of higher ones, stays in the map.
 """
 
 from math import ceil, log2, pi
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 import xarray as xr
 
 from fem.contact.resolution import Resolution, Slices
-from fem.elasticity.flank_compliance import flank_compliance
+from fem.elasticity.flank_compliance import Compliance, flank_compliance
+from fem.elasticity.mesh_density import Density
 from fem.elasticity.rim_bending import RADIAL, TANGENTIAL, RimBending
 from fem.elasticity.rim_mass import rim_mass
+from fem.gear.gear import Gear
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.map_solver import elastic_gears, width_variation
@@ -30,6 +33,8 @@ APART = "apart"
 EQUAL = 1e-6
 #: Values of the shapes around the ring in the shortest wave of the rim.
 IN_WAVE = 8
+#: Largest number of modes for which maps list what these leave out.
+LISTED = 40
 #: Change of the flexibility around an even ring that is rounding, as share.
 ROUNDING = 1e-6
 
@@ -65,27 +70,19 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
     held = "pair must have a ring whose rim is on fem.Bolts or a fem.Bush"
     require(bool(pair.wheel.support), f"{held}, got {pair.wheel}; give the ring a support=")
     gear, density, compliance = _ring(pair, resolution or Resolution())
-    rim: RimBending = compliance.rim
-    size, highest = len(rim.lower), len(rim.flank) - 1
+    modes = _rim_modes(pair, gear, density, compliance)
+    size, highest = modes.omega.size, len(modes.waves[0]) - 1
     most = f"number must be a number of modes in [1, {size}], got {number}"
     require(1 <= number <= size, most)
-    mass = rim_mass(gear, density).reshape(size, size)
-    omega, shapes = _eigenmodes(rim.lower, mass)
-    number += int(number < size and omega[number] < (1 + EQUAL) * omega[number - 1])
+    number, omega, waves = modes.with_equal(number), modes.omega, modes.waves
     at = 2 * pi * np.arange(2 ** ceil(log2(IN_WAVE * highest))) / 2 ** ceil(log2(IN_WAVE * highest))
-    waves = shapes.reshape(2, -1, size)
-    waves = np.concatenate([waves[:, :1] + 0j, waves[:, 1 : highest + 1] - 1j * waves[:, highest + 1 :]], axis=1)
-    flank = rim.flank @ flank_at_pitch_point(pair, compliance)
-    mirrored = np.conj(flank) * np.where(np.arange(2) == TANGENTIAL, -1.0, 1.0)
+    mirrored = np.conj(modes.flank) * np.where(np.arange(2) == TANGENTIAL, -1.0, 1.0)
     tooth = 2 * pi / abs(pair.wheel.z) * (1 - pair.back_phase)
-    left, right = (
-        _around(np.einsum("nc,cnm->nm", of_flank, waves), angle)
-        for of_flank, angle in ((flank, at), (mirrored, at + tooth))
-    )
+    left, right = modes.on_flank(modes.flank, at), modes.on_flank(mirrored, at + tooth)
     every = np.sum((left / omega[:, None]) ** 2, axis=0)
     radius, kept, spaced = abs(gear.r_clamp), slice(number), slice(None, None, at.size // POSITIONS)
     soft = (left / omega[:, None])[:, spaced]
-    cross = [largest_over_positions(modes.T @ modes) for modes in (soft, soft[number:])]
+    cross = [largest_over_positions(of_modes.T @ of_modes) for of_modes in (soft, soft[number:])]
     turn = np.zeros(size)
     turn[TANGENTIAL * (2 * highest + 1)] = radius
     per_amplitude = {"units": "kg^-0.5"}
@@ -96,7 +93,7 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
         "tangential": ((MODE, AT), _around(waves[TANGENTIAL], at)[kept], per_amplitude | {"long_name": "tangential"}),
         LEFT: ((MODE, AT), left[kept], per_amplitude | {"long_name": "displacement of the left flank"}),
         RIGHT: ((MODE, AT), right[kept], per_amplitude | {"long_name": "displacement of the right flank"}),
-        "turning": (MODE, (turn @ mass @ shapes)[kept], {"units": "kg^0.5 m", "long_name": "turning"}),
+        "turning": (MODE, (turn @ modes.mass @ modes.shapes)[kept], {"units": "kg^0.5 m", "long_name": "turning"}),
         "flexibility": (AT, np.sum((left / omega[:, None])[kept] ** 2, axis=0), {"units": "m/N"}),
         "bending": (AT, every, {"units": "m/N", "long_name": "compliance of a flank by all modes of the rim"}),
         "cross": (APART, cross[0], {"units": "m/N", "long_name": "te per force of another mesh of the ring"}),
@@ -108,6 +105,50 @@ def ring_modes(pair: GearPair, number: int = 20, *, resolution: Resolution | Sli
         APART: (APART, at[spaced], {"units": "rad", "long_name": "angle from mesh to mesh on the ring"}),
     }
     return xr.Dataset(variables, coords, {"title": "modes of a ring on its supports"} | pair_attributes(pair))
+
+
+class RimModes(NamedTuple):
+    """All modes of a rim on its supports, of modal mass 1 kg.
+
+    omega    (m,) angular frequencies, rising [rad/s]
+    shapes   (n, m) over the components and harmonics of the rim's displacement; mass (n, n) over these [kg]
+    waves    (2, N + 1, m) the same as complex waves
+    flank    (N + 1, 2) displacement of the left flank at the pitch point by the waves of both components
+    """
+
+    omega: np.ndarray
+    shapes: np.ndarray
+    mass: np.ndarray
+    waves: np.ndarray
+    flank: np.ndarray
+
+    def on_flank(self, flank: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        """(m, n_angle) displacement of a flank at ring angles of the mesh, per modal amplitude."""
+        return _around(np.einsum("nc,cnm->nm", flank, self.waves), angles)
+
+    def with_equal(self, number: int) -> int:
+        """A number of modes, one more where the last of them is one of a pair of equal frequency."""
+        more = number < self.omega.size and self.omega[number] < (1 + EQUAL) * self.omega[number - 1]
+        return number + int(more)
+
+
+def _rim_modes(pair: GearPair, gear: Gear, density: Density, compliance: Compliance) -> RimModes:
+    """The modes of the ring of a pair; density: of the section of its finite elements."""
+    rim: RimBending = compliance.rim  # type: ignore[assignment]
+    size, highest = len(rim.lower), len(rim.flank) - 1
+    mass = rim_mass(gear, density).reshape(size, size)
+    omega, shapes = _eigenmodes(rim.lower, mass)
+    waves = shapes.reshape(2, -1, size)
+    waves = np.concatenate([waves[:, :1] + 0j, waves[:, 1 : highest + 1] - 1j * waves[:, highest + 1 :]], axis=1)
+    return RimModes(omega, shapes, mass, waves, rim.flank @ flank_at_pitch_point(pair, compliance))
+
+
+def cross_left_out(pair: GearPair, gear: Gear, density: Density, compliance: Compliance) -> np.ndarray:
+    """(LISTED, POSITIONS) "cross_left_out" of `ring_modes` by its number of modes, 1 and more, and by `apart` [m/N]."""
+    modes = _rim_modes(pair, gear, density, compliance)
+    soft = modes.on_flank(modes.flank, 2 * pi * np.arange(POSITIONS) / POSITIONS) / modes.omega[:, None]
+    numbers = [modes.with_equal(min(number, modes.omega.size)) for number in range(1, LISTED + 1)]
+    return np.array([largest_over_positions(soft[number:].T @ soft[number:]) for number in numbers])
 
 
 def _ring(pair: GearPair, resolution: Resolution | Slices):

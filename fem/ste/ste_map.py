@@ -33,6 +33,8 @@ PHASE_GAP, LARGEST_GAP = "phase_gap", 1 / 3
 #: Attribute of maps of a ring on supports: te by a unit mesh force of another mesh, at evenly spaced angles from it on
 #: the ring, largest over the positions [m/N].
 CROSS_COMPLIANCE = "cross_compliance"
+#: Likewise the part of it that is left out by 1, 2, ... modes of the ring, one list of angles after the other [m/N].
+CROSS_LEFT_OUT = "cross_left_out"
 #: Offsets of the wheel, and the position of the mesh on a ring between its supports, in the order of the axes of a map.
 OFFSETS = {
     "a": ("m", "working centre distance"),

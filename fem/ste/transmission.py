@@ -14,12 +14,14 @@ from fem.pair.pair import GearPair
 from fem.ste.accuracy import MapGrid, choose, with_ring_angles
 from fem.ste.error_estimation import MapError, compared_slices
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
-from fem.ste.map_solver import FORCE, ContactModel, compliances_of
+from fem.ste.map_solver import FORCE, ContactModel, compliances_of, elastic_gears
 from fem.ste.right_flanks import Symmetry, sweep_both_sides, symmetry_of
 from fem.ste.ring_angle import checked_ring_angles
 from fem.ste.ring_deflection import cross_compliance
+from fem.ste.ring_modes import cross_left_out
 from fem.ste.ste_map import (
     CROSS_COMPLIANCE,
+    CROSS_LEFT_OUT,
     LOAD_SHARE,
     MIRRORED,
     OFFSETS,
@@ -166,7 +168,10 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
     attributes |= {name: float(model.offsets[name][0]) for name in fixed if name not in ("a", RING_ANGLE)}
     if model.pair.wheel.support:
         bodies, _ = compliances_of(model.pair, model.offsets, model.resolution)
+        gear, density, _ = elastic_gears(model.pair, model.offsets, model.resolution)[1]
+        left_out = cross_left_out(model.pair, gear, density.paired(), bodies[1])
         attributes[CROSS_COMPLIANCE] = cross_compliance(model.pair, bodies[1])
+        attributes[CROSS_LEFT_OUT] = left_out.ravel()
     if grid.torque[0] < 0:
         attributes[RIGHT_FLANKS] = MIRRORED if symmetry_of(model) is Symmetry.TURNED else SOLVED
     data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)

@@ -180,12 +180,20 @@ def two_stages(version: str = "1.4", **changes) -> RexsData:
     return data
 
 
-def planetary(version: str = "1.1", *, stepped: bool = False, pin: float = 0.0, on_bearings: bool = False) -> RexsData:
+def planetary(
+    version: str = "1.1",
+    *,
+    stepped: bool = False,
+    pin: float = 0.0,
+    on_bearings: bool = False,
+    rollers: Attributes | None = None,
+) -> RexsData:
     """A set of 17/22/61 teeth with three planets, its ring held by an engaged coupling.
 
     stepped       whether the planets have a second gear, of 19 teeth, at a ring of 58
     pin           radial stiffness [N/m] of each of two bearings of a planet on its pin; 0 for none
     on_bearings   whether sun and carrier have a bearing at each end
+    rollers       of each of two rolling bearings of a planet on its pin instead, by catalogue
     """
     data, none, deg = RexsData(version), NONE.get(version, ""), DEG[version]
     unit, casing = data.add("gear_unit", "unit"), data.add("gear_casing", "housing")
@@ -217,9 +225,11 @@ def planetary(version: str = "1.1", *, stepped: bool = False, pin: float = 0.0, 
         own = shaft(f"planet shaft @ {number}", (100.0, v, w), "planet_shaft")
         planet_gear = gear(own, (125.0, v, w), 22.0)
         second_gear = gear(own, (at_ring, v, w), teeth[1]) if stepped else planet_gear
-        for u in (10.0, at_ring - 85.0) if pin else ():
+        for u in (10.0, at_ring - 85.0) if pin or rollers else ():
             stiffness = {"radial_stiffness": (pin, "N / m"), "axial_stiffness": (pin / 10, "N / m")}
-            bearing = data.add("concept_bearing", f"pin {u}", u_coordinate_on_shaft_outer_side=(u, "mm"), **stiffness)
+            type = "rolling_bearing_with_catalog_geometry" if rollers else "concept_bearing"
+            sizes = rollers or stiffness
+            bearing = data.add(type, f"pin {u}", u_coordinate_on_shaft_outer_side=(u, "mm"), **sizes)
             data.relate("side", assembly=bearing, outer_part=own, inner_part=arm)
         angle = {"center_distance": (78.0, "mm"), "rotating_angle_around_neg_u_axis": (120.0 * number, deg)}
         for first, second in ((sun_gear, planet_gear), (second_gear, ring_gear)):

@@ -98,7 +98,7 @@ def test_stepped_planets_mesh_with_sun_and_ring_by_either_gear(tmp_path):
     assert planets.stepped
     assert 1 / model.gearbox.ratios["carrier shaft"] == pytest.approx(1 + 22 / 17 * 58 / 19)
     assert sorted(planets.planet_shafts[0].gears) == pytest.approx([125 * mm, 185 * mm])
-    assert told(model, "assumed", "stands at the same angle")
+    assert told(model, "assumed", "stands 0 deg ahead of one at the sun")
 
 
 def test_members_of_sets_stand_on_their_bearings_where_pins_are_elastic(tmp_path):
@@ -113,6 +113,43 @@ def test_members_of_sets_stand_on_their_bearings_where_pins_are_elastic(tmp_path
     case = elastic.load_cases[0]
     forces = elastic.gearbox.static_forces(case.load)
     assert forces == pytest.approx([forces[0]] * 6)
+
+
+NEEDLES = {
+    "bearing_type": ("cylindrical_roller_bearing", "none"),
+    "inner_diameter": (20.0, "mm"),
+    "outer_diameter": (47.0, "mm"),
+    "width": (14.0, "mm"),
+    "dynamic_capacity": (28.5, "kN"),
+    "static_capacity": (24.7, "kN"),
+}
+
+
+def test_rolling_bearings_of_planets_keep_their_law(tmp_path):
+    """Both bearings of a pin are rows of one, on either side of the gear; washers along the pin are assumed."""
+    rolling = read(planetary(rollers=NEEDLES), tmp_path, bearings="rolling")
+    shafts = {shaft.name: shaft for shaft in rolling.gearbox.shafts}
+    (pin,) = shafts["planet shaft @ 0"].bearings.values()
+    assert isinstance(pin, exugear.RollingBearing)
+    assert [row.axial for row in pin.rows] == pytest.approx([-15 * mm, 15 * mm])
+    assert pin.C == 28.5e3
+    assert told(rolling, "assumed", "cylindrical roller bearing by its force law")
+    assert told(rolling, "assumed", "washers hold the planet along its pin with 1e+07 N/m")
+    faces = exugear.load_distribution(rolling.gearbox, 500.0, mesh_stiffness=15e9)
+    forces = np.linalg.norm(faces["bearing_force"].values, axis=1)
+    assert forces == pytest.approx(500.0 / (3 * 78 * mm), rel=0.02)
+    linear = read(planetary(rollers=NEEDLES), tmp_path)
+    (pin,) = next(x for x in linear.gearbox.shafts if x.name == "planet shaft @ 0").bearings.values()
+    assert isinstance(pin, exugear.Bearing)
+    assert told(linear, "assumed", "linear under 2850 N")
+    assert pin.axial == 1e7
+
+
+def test_the_angle_of_stepped_planets_is_an_argument(tmp_path):
+    """The least angle by which sets with it can be assembled: they fit again one pitch of either gear further."""
+    model = read(planetary(stepped=True), tmp_path, step_angle=2 * np.pi / 22)
+    assert model.gearbox.sets[0].step_angle == pytest.approx([2 * np.pi / 22] * 3)
+    assert told(model, "assumed", "stands 16.3636 deg ahead of one at the sun, step_angle=")
 
 
 def test_positions_follow_from_the_stages_where_they_are_lost(tmp_path):

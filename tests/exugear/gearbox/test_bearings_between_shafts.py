@@ -8,6 +8,7 @@ from paper_gears import paper_gear, paper_pair
 from scenes import smooth_map
 
 import exugear
+import fem
 from fem.units import mm
 
 BALL = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-5)
@@ -34,6 +35,23 @@ def reverted(pilot=BALL, on_fast=BALL, between=PILOT, sections: bool = False) ->
         exugear.Stage(lay, out, law, pair=paper_pair(), angle=pi),
     ]
     return exugear.Gearbox(stages, between=between)
+
+
+def unlike(pilot) -> exugear.Gearbox:
+    """The same with 50 and 70 teeth in the second stage, so that the output is slower than the input."""
+    lay_gear, out_gear = (fem.Gear(z=z, m_n=2.5 * mm, b=23 * mm, d_bore=60 * mm) for z in (50, 70))
+    fast = exugear.Shaft("fast", {0.0: BALL, 40 * mm: paper_gear(), 100 * mm: BALL})
+    lay = exugear.Shaft("lay", {0.0: BALL, 40 * mm: paper_gear(), 170 * mm: lay_gear, 210 * mm: BALL})
+    out = exugear.Shaft("out", {130 * mm: pilot, 170 * mm: out_gear, 210 * mm: BALL})
+    law = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+    line = [0.0, 3e8 * mm]
+    second = exugear.MeshForce([0.0, 0.5], [0.0, 1 * mm], [line, line], damping=2700.0)
+    pair = fem.GearPair(lay_gear, out_gear, a=150 * mm)
+    stages = [
+        exugear.Stage(fast, lay, law, pair=paper_pair()),
+        exugear.Stage(lay, out, second, pair=pair, angle=pi),
+    ]
+    return exugear.Gearbox(stages, between=PILOT)
 
 
 def run_of(box: exugear.Gearbox, **options) -> exugear.Run:
@@ -73,6 +91,41 @@ def test_modes_are_lower_on_the_shaft_than_on_ground():
     on_shaft, on_ground = (exugear.modes(exugear.build(reverted(between=x)), load=100.0) for x in (PILOT, {}))
     assert float(on_shaft["frequency"][1]) < float(on_ground["frequency"][1])
     np.testing.assert_allclose(on_shaft["energy_share"].sum("element"), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("sections", [False, True])
+def test_drag_between_shafts_acts_by_the_difference_of_their_speeds(sections):
+    """At a ratio of 1 there is no difference but by vibrations; on ground the same bearing brakes."""
+    drag = exugear.Drag(viscous=1e-2)
+    braked = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-5, drag=drag)
+    alike, on_ground = (run_of(reverted(braked, between=x, sections=sections), power=True) for x in (PILOT, {}))
+    lost = [run.data["drag_loss"].sum("shaft").mean("time").item() for run in (alike, on_ground)]
+    assert 0 < lost[0] < 0.01 * lost[1]
+    assert abs(alike.energy_balance().residual) < 2e-6 * abs(alike.energy_balance().work_in)
+
+
+def test_drag_between_shafts_of_unlike_speeds_is_lost_in_the_books():
+    drag = exugear.Drag(constant=2.0, viscous=1e-3, speed=0.5)
+    pilot = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-5, drag=drag)
+    run = run_of(unlike(pilot), power=True, duration=0.05)
+    data, balance = run.data, run.energy_balance()
+    against = data["shaft_speed"].sel(shaft="out") - data["shaft_speed"].sel(shaft="fast")
+    assert float(abs(against).min()) > 10.0
+    lost = 2.0 * np.tanh(abs(against) / 0.5) + 1e-3 * abs(against)
+    np.testing.assert_allclose(data["drag_loss"].sum("shaft"), lost * abs(against), rtol=1e-9)
+    torque = data["drag_torque"]
+    np.testing.assert_allclose(torque.sel(shaft="out"), -torque.sel(shaft="fast"), rtol=1e-9)
+    assert abs(balance.residual) < 2e-6 * abs(balance.work_in)
+
+
+@pytest.mark.slow
+def test_efficiency_counts_drag_between_shafts():
+    drag = exugear.Drag(constant=2.0, viscous=1e-3, speed=0.5)
+    pilot = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-5, drag=drag)
+    table = exugear.efficiency(unlike(pilot), speeds=[70.0], loads=[100.0], tolerance=1e-4, progress=False)
+    against = 70.0 * (1 - 50 / 70)
+    loss = float(table["loss"].sel(kind="drag").squeeze())
+    assert loss == pytest.approx((2.0 + 1e-3 * against) * against, rel=1e-3)
 
 
 @pytest.mark.parametrize(

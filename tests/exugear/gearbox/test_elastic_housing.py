@@ -148,7 +148,73 @@ def test_steady_states_on_a_housing_that_vibrates_are_those_of_settled_runs(bear
     assert float(nearest["mean"]) == pytest.approx(dte.mean(), rel=2e-3)
 
 
-def test_steady_states_refuse_bearing_forces_on_seats_that_move():
-    model = exugear.build(box_on(stiff(3.0)))
-    with pytest.raises(ValueError, match=r"bearing_forces must be False for bearings on a housing"):
-        exugear.steady_states(model, speed=(165.0, 166.0), load=100.0, bearing_forces=True, progress=False)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("housing", "bearing"), [(lambda: stiff(3.0), BALL), (vibrating, BALL), (vibrating, rolling())]
+)
+def test_bearing_forces_of_steady_states_on_a_housing_are_those_of_settled_runs(housing, bearing):
+    """Seats without coordinates of their own, and with them; rolling bearings are linear in the orbits alone."""
+    model = exugear.build(box_on(housing(), bearing))
+    options = {"load": 100.0, "progress": False}
+    states = exugear.steady_states(model, speed=(165.0, 180.0), bearing_forces=True, **options)
+    nearest = states.isel(point=int(np.abs(states["speed"].values - 170.0).argmin()))
+    run = exugear.run_up(model, speed=float(nearest["speed"]), duration=0.25, **options)
+    settled = run.data["bearing_force"].sel(time=slice(0.2, None)).std("time").values
+    assert [*nearest["bearing"].values] == [*run.data["bearing"].values]
+    within = 0.01 if bearing is BALL else 0.02
+    np.testing.assert_allclose(nearest["bearing_force_rms"].values, settled, atol=within * settled.max())
+
+
+def test_campbell_has_the_modes_of_an_independent_assembly_at_each_speed():
+    """Rigid shafts with gyroscopic moments, bearings, a mesh of known stiffness and all 36 coordinates of the housing.
+
+    Below 2 kHz, where 12 modes and the static shapes of the run are exact within the error that the plan tells.
+    """
+    stiffness, speeds, disc = 3e8, [0.0, 500.0, 2000.0], exugear.Disc(8.0, 0.05, 0.03)
+    parts = {0.0: BALL, 40 * mm: paper_gear(), 100 * mm: BALL, 140 * mm: disc}
+    shafts = [exugear.Shaft(name, parts) for name in ("fast", "slow")]
+    line = [0.0, stiffness * mm]
+    law, pair, housing = (
+        exugear.MeshForce([0.0, 0.5], [0.0, 1 * mm], [line, line], damping=100.0),
+        paper_pair(),
+        vibrating(),
+    )
+    box = exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair)], housing=housing)
+    data = exugear.campbell(exugear.build(box, plan=exugear.plan(box, housing_modes=12)), speed=speeds, load=100.0)
+    n = 12 + len(housing.stiffness)
+    mass, k, gyroscopic, mesh = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
+    mass[12:, 12:], k[12:, 12:] = housing.mass, housing.stiffness
+    along = np.array([np.sin(pair.alpha_wt), np.cos(pair.alpha_wt)])
+    for i, (shaft, sign) in enumerate(zip(shafts, (1, -1), strict=True)):
+        tilts, first = (6 * i + 3, 6 * i + 4), 6 * i
+        mass[range(first, first + 6), range(first, first + 6)] = (
+            *[shaft.mass] * 3,
+            *[shaft.transverse] * 2,
+            shaft.inertia,
+        )
+        gyroscopic[tilts], gyroscopic[tilts[::-1]] = sign * shaft.inertia, -sign * shaft.inertia
+
+        def moved(axial, first=first, centre=shaft.centre):
+            rows = np.zeros((6, n))
+            rows[:, first : first + 6] = np.eye(6)
+            rows[0, first + 4], rows[1, first + 3] = axial - centre, centre - axial
+            return rows
+
+        for seat, axial in enumerate((0.0, 100 * mm)):
+            rows, at = moved(axial), 12 + 6 * (2 * i + seat)
+            rows[:, at : at + 6] -= np.eye(6)
+            k += rows.T @ BALL.stiffness @ rows
+        mesh += sign * along @ moved(40 * mm)[:2]
+        mesh[first + 5] = pair.pinion.r_b
+    k += stiffness * np.outer(mesh, mesh)
+    free = np.setdiff1d(np.arange(n), [5])  # the drive holds the spin of the fast shaft
+    mass, k, gyroscopic = (matrix[np.ix_(free, free)] for matrix in (mass, k, gyroscopic))
+    over, zero = np.linalg.inv(mass), np.zeros_like(mass)
+    for speed in speeds:
+        system = np.block([[zero, np.eye(len(mass))], [-over @ k, -speed * over @ gyroscopic]])
+        omega = np.linalg.eigvals(system).imag / (2 * np.pi)
+        expected = np.sort(omega[(omega > 1.0) & (omega < 2000.0)])
+        assert expected.size > 12
+        frequency = np.sort(data["frequency"].sel(speed=speed).values)
+        np.testing.assert_allclose(frequency[: expected.size], expected, rtol=2e-4)
+    assert np.ptp(data["frequency"].values[2]) > 10.0

@@ -1,8 +1,20 @@
 """Load over the faces of planetary sets, and its sharing among the planets, against closed forms and balances."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, PIN, STIFFNESS, helical_box, planar_box, planetary_box, waving_law
+from planetary_boxes import (
+    GEAR,
+    PIN,
+    STIFFNESS,
+    SUN_PAIR,
+    helical_box,
+    members,
+    planar_box,
+    planetary_box,
+    waving_law,
+)
 from ring_gears import COARSE
 
 import exugear
@@ -84,6 +96,45 @@ def test_pins_carry_their_planets_and_the_carrier_its_load(load):
     # Axial forces of sun and ring tilt each planet on its pin.
     moments = np.hypot(*data["bearing_moment"].values[on_pins].T)
     assert moments == pytest.approx(2 * planet.r * thrust / 3, rel=0.05)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("pin", [None, replace(PIN, tilt=1e9)])
+def test_a_tilted_carrier_loads_one_end_of_each_face_as_in_the_closed_form(pin, sign):
+    """1 + F c/(2 q), F = b |z . n| with the lines of action n = cos alpha e_t +- sin alpha e_r of sun and ring."""
+    tilt, q, c = 2e-4, 60e3, 20e9
+    x, y = tilt * np.cos(0.5), tilt * np.sin(0.5)
+    carrier = replace(members()["carrier"], offset=exugear.Placement(tilt_x=x, tilt_y=y))
+    box = planetary_box(law=LAW, pin=pin, carrier=carrier)
+    data = exugear.load_distribution(box, sign * 4 * 3 * q * WIDTH * GEAR.r_b, mesh_stiffness=c, parts=100)
+    psi, alpha = np.arange(3) * 2 * np.pi / 3, SUN_PAIR.alpha_wt
+    across, along = -y * np.sin(psi) - x * np.cos(psi), y * np.cos(psi) - x * np.sin(psi)
+    for role, side in enumerate((sign, -sign)):
+        slope = WIDTH * np.abs(np.cos(alpha) * across + side * np.sin(alpha) * along)
+        assert np.abs(data["F_beta_y"].values[role::2]) == pytest.approx(slope, abs=1e-3 * WIDTH * tilt)
+        assert data["K_H_beta"].values[role::2] == pytest.approx(1 + slope * c / (2 * q), rel=2e-3)
+    assert data["K_gamma"].values == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_planet_is_loose_until_both_its_gaps_exceed_the_backlash(sign):
+    """Its gaps add up to 2 (e cos alpha - F/k), its pin ahead by e: as in runs, its back flanks touch beyond."""
+    backlash, load, alpha = 50 * um, 500.0, SUN_PAIR.alpha_wt
+    deflection = load / (2 * 4 * GEAR.r_b) / STIFFNESS
+    ahead, law = (backlash + deflection) / np.cos(alpha), replace(LAW, backlash=backlash)
+    for error, jams in ((ahead - 0.5 * um, False), (ahead + 0.5 * um, True)):
+        box = planetary_box(law=law, pin_errors=[sign * error, 0.0, 0.0])
+        options = {"speed": 1.0, "load": sign * load, "duration": 1e-4, "progress": False, "checks": 0}
+        run = exugear.run_up(exugear.build(box), **options).data["mesh_force"].values[:2, 0]
+        assert bool(np.all(sign * run < -1.0)) is jams
+        if jams:
+            with pytest.raises(
+                ValueError, match=r"mesh 'sun-planet 1' is open by .*, its back flanks touch; raise the"
+            ):
+                exugear.load_distribution(box, sign * load, mesh_stiffness=OF_WIDTH)
+        else:
+            factors = exugear.load_distribution(box, sign * load, mesh_stiffness=OF_WIDTH)["K_gamma"].values
+            assert factors == pytest.approx([0.0, 0.0, 1.5, 1.5, 1.5, 1.5], abs=1e-3)
 
 
 def test_a_planet_with_thinner_teeth_carries_less():

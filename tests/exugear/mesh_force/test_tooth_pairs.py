@@ -126,7 +126,7 @@ def test_large_damage_agrees_with_the_whole_map(flank, first, share):
     plain[:, order] = fem.static_transmission_error(alike, torque, np.sort(phase % 1), progress=False)["te"].values
     loads = torque / pinion.r_b
     error = [[law.deflection_at(at, load) for at in phase] for load in loads] - te
-    assert (rms(te - plain) > 0.1 * um).all()
+    assert (rms(te - plain) > 0.3 * um).all()
     assert (rms(error) < share * rms(te - plain)).all()
 
 

@@ -6,7 +6,7 @@ from math import cos, pi
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, SUN_PAIR, members, planar_box, planetary, waving_law
+from planetary_boxes import GEAR, PIN, SUN_PAIR, members, planar_box, planetary, waving_law
 
 import exugear
 from fem.units import deg, mm, um
@@ -57,11 +57,15 @@ def test_on_elastic_pins_a_displaced_carrier_varies_the_shares_by_less():
     assert forces / forces.sum(axis=0) == pytest.approx(1 / 3 + soft * np.sin(turned_by), abs=2e-2 * soft)
 
 
-def test_parts_of_a_run_about_a_displaced_axis_give_the_serial_run():
+@pytest.mark.parametrize("on_pins", [False, True])
+def test_parts_of_a_run_about_displaced_or_tilted_axes_give_the_serial_run(on_pins):
     """Later parts start from the equilibrium at the angle of their carrier."""
     shafts = members()
-    shafts["sun"] = replace(shafts["sun"], offset=exugear.Placement(x=SHIFT))
-    model = exugear.build(exugear.Gearbox([planetary(waving_law(damping=6000.0), **shafts)], held="ring"))
+    offset = exugear.Placement(tilt_x=TILT) if on_pins else exugear.Placement(x=SHIFT)
+    shafts["sun"] = replace(shafts["sun"], offset=offset)
+    law = law_beside_the_middle() if on_pins else waving_law(damping=6000.0)
+    pin = replace(PIN, damping_time=1e-4) if on_pins else None
+    model = exugear.build(exugear.Gearbox([planetary(law, pin=pin, **shafts)], held="ring"))
     options = {"speed": (50.0, 80.0), "load": LOAD, "duration": 0.4, "progress": False, "checks": 0}
     serial = exugear.run_up(model, **options).data
     with ProcessPoolExecutor(2) as executor:
@@ -89,22 +93,23 @@ def law_beside_the_middle() -> exugear.MeshForce:
     return exugear.MeshForce(np.arange(4) / 4, deflection, force, damping=1500.0, backlash=50 * um, offsets=axis)
 
 
-def tilted(load: float = LOAD, **tilts: float) -> tuple[exugear.Run, np.ndarray]:
+def tilted(load: float = LOAD, pin: exugear.Bearing | None = None, **tilts: float) -> tuple[exugear.Run, np.ndarray]:
     """A run over a turn of the carrier with axes tilted about the direction AT, and shares of the planets."""
+    speed = 400.0 if pin else 100.0
     shafts = members()
     for name, tilt in tilts.items():
         offset = exugear.Placement(tilt_x=tilt * cos(AT), tilt_y=tilt * cos(AT - pi / 2))
         shafts[name] = replace(shafts[name], offset=offset)
-    box = exugear.Gearbox([planetary(law_beside_the_middle(), **shafts)], held="ring")
-    options = {"sample": 2e-3, "tolerance": 1e-2, "power": True, "progress": False, "checks": 0}
-    run = exugear.run_up(exugear.build(box), speed=100.0, load=load, duration=2 * pi / 25, **options)
+    box = exugear.Gearbox([planetary(law_beside_the_middle(), pin=pin, **shafts)], held="ring")
+    options = {"sample": 0.2 / speed, "tolerance": 1e-2, "power": True, "progress": False, "checks": 0}
+    run = exugear.run_up(exugear.build(box), speed=speed, load=load, duration=8 * pi / speed, **options)
     forces = run.data["mesh_force"].values.reshape(3, 2, -1).sum(axis=1)
     return run, forces / forces.sum(axis=0)
 
 
 def once_in_a_turn(run: exugear.Run, shares: np.ndarray) -> np.ndarray:
     """(3,) complex amplitudes of the shares over the turn of the carrier."""
-    theta = 25.0 * run.data["time"].values
+    theta = 2 * pi * run.data["time"].values / float(run.data["time"][-1])
     return np.mean((shares * np.exp(-1j * theta))[:, 1:], axis=1) * 2
 
 
@@ -125,15 +130,32 @@ def test_a_tilted_carrier_is_a_sun_and_a_ring_tilted_against_it():
     assert once_in_a_turn(*of_carrier) == pytest.approx(once_in_a_turn(*of_both), rel=1e-4)
 
 
+@pytest.mark.parametrize(("member", "load"), [("sun", LOAD), ("ring", LOAD), ("sun", -LOAD)])
+def test_on_elastic_pins_a_tilted_axis_varies_the_shares_by_less(member, load):
+    """Pins in series with both meshes of a planet: 1 / (1 + 2 cos^2 alpha k / k_pin) of the shares on ideal pins."""
+    run, shares = tilted(load, pin=replace(PIN, tilt=1e7), **{member: TILT})
+    assert run.energy_balance().relative < 1e-8
+    softened = 1 + 2 * cos(ALPHA) ** 2 * 5e8 / PIN.radial
+    expected = 5e8 * cos(ALPHA) * ARM * TILT / (LOAD / SUN_PAIR.a) / softened
+    # The planets tilt, too: by k ARM^2 over the stiffness of the pin against tilt, 8e-4.
+    assert np.abs(once_in_a_turn(run, shares)) == pytest.approx(expected, rel=1e-4)
+
+
+def test_on_elastic_pins_a_tilted_carrier_is_a_sun_and_a_ring_tilted_against_it():
+    of_carrier, of_both = tilted(pin=PIN, carrier=TILT), tilted(pin=PIN, sun=-TILT, ring=-TILT)
+    assert of_carrier[0].energy_balance().relative < 1e-8
+    assert once_in_a_turn(*of_carrier) == pytest.approx(once_in_a_turn(*of_both), rel=1e-4)
+    alike = tilted(pin=PIN, carrier=TILT, sun=TILT, ring=TILT)[1]
+    assert alike == pytest.approx(tilted(pin=PIN)[1], abs=1e-4)
+
+
 def test_axes_that_cannot_be_followed_are_refused_in_words():
     shafts = members()
     leaning = replace(shafts["sun"], offset=exugear.Placement(tilt_x=1e-4))
-    on_pins = planetary(**shafts | {"sun": leaning}, pin=exugear.Bearing(radial=1e8, axial=1e8, tilt=1e6))
-    with pytest.raises(ValueError, match="shaft 'sun' is tilted, seen from planets on elastic pins that turn about it"):
-        exugear.plan(exugear.Gearbox([on_pins], held="ring"))
     unmapped = r"its misalignment turns from -0.0001 to 0.0001 rad; map it with fem.Offsets\(misalignment="
-    with pytest.raises(ValueError, match=unmapped):
-        exugear.plan(exugear.Gearbox([planetary(**shafts | {"sun": leaning})], held="ring"))
+    for pin in (None, PIN):
+        with pytest.raises(ValueError, match=unmapped):
+            exugear.plan(exugear.Gearbox([planetary(**shafts | {"sun": leaning}, pin=pin)], held="ring"))
     with pytest.raises(ValueError, match=r"beyond the map's axis from -0\.0008 to 0\.0008"):
         tilted(sun=3 * TILT)
     with pytest.raises(ValueError, match="eccentricity must lie within"):

@@ -4,6 +4,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+import scipy
 from elastic_boxes import LAW, elastic_box, elastic_train
 from scenes import linear_law
 
@@ -53,6 +54,23 @@ def test_rigid_motions_keep_mass_and_strain_nothing(stations):
     assert np.diag(motion.T @ reduced.mass_matrix(held=False) @ motion) == pytest.approx([shaft.mass, shaft.inertia])
     assert np.abs(reduced.stiffness_matrix @ motion).max() < 1e-9 * np.abs(reduced.stiffness_matrix).max()
     assert np.allclose(reduced.polar_matrix, -reduced.polar_matrix.T)
+
+
+@pytest.mark.parametrize("end", ["held", "free"])
+def test_modes_of_torsion_have_their_frequencies_and_their_damping_ratio(end):
+    shaft, held = elastic_box(gears=(130 * mm,), length=300 * mm, d=40 * mm).driven, end == "held"
+    reduced = elastic_shaft(shaft, 0, 2, spatial=False, axial=False, held=held)
+    mass, stiffness, damping, _ = reduced.torsion.with_end(shaft, held=held)
+    squares, modes = scipy.linalg.eigh(stiffness, mass)
+    beam, free = shaft.beam, slice(0, -1 if held else None)
+    exact = scipy.linalg.eigvalsh(beam.torsion_stiffness[free, free], beam.torsion_mass[free, free])
+    first, number = 0 if held else 1, len(squares)
+    assert np.sqrt(squares[first:3]) == pytest.approx(np.sqrt(exact[first:3]), rel=1e-3)
+    shares = np.diag(modes.T @ damping @ modes)[first:number] / (2 * np.sqrt(squares[first:]))
+    assert shares == pytest.approx(shaft.damping_ratio, rel=0.02)
+    if not held:
+        turning_as_a_whole = np.r_[1.0, 1.0, 0.0, 0.0]
+        assert np.abs(damping @ turning_as_a_whole).max() < 1e-9 * np.abs(damping).max()
 
 
 @pytest.mark.parametrize("drive", ["held", "free"])

@@ -93,6 +93,70 @@ def test_the_system_of_the_user_is_restored():
     assert torque == pytest.approx(abs(float(data["drive_torque"][-1])), rel=1e-3)
 
 
+@pytest.mark.parametrize("asked", [False, True], ids=["bare", "asked"])
+@pytest.mark.parametrize("scene", ["spin", "planar", "both rotors"])
+def test_a_run_changes_no_items_of_the_system(scene, asked):
+    """Names of objects and loads before, in the steps of and after a run, beside couplings and torques of its own."""
+    model, seen = exugear.build(box_of(*SCENES[scene])), []
+    numbers = (int(model.drive), int(model.load)) if asked else None
+
+    def items() -> tuple[list[str], list[str]]:
+        mbs, data = model.bare_mbs, model.bare_mbs.systemData
+        objects = [mbs.GetObject(i)["name"] for i in range(data.NumberOfObjects())]
+        return objects, [mbs.GetLoad(i)["name"] for i in range(data.NumberOfLoads())]
+
+    def look(mbs, t) -> bool:
+        objects, loads = items()
+        if t > 1e-9:  # the static solve before has constraints and loads of its own
+            seen.append(([x for x in objects if not x.startswith(("driven coupling", "torque on"))], loads))
+        return True
+
+    before = items()
+    model.bare_mbs.SetPreStepUserFunction(look)
+    ran(model, duration=2e-3)
+    assert len(seen) > 10 and all(each == before for each in seen) and items() == before
+    assert ("drive" in before[0], before[1]) == (asked, ["load"] * asked)
+    assert numbers is None or (int(model.drive), int(model.load)) == numbers
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_drive_and_load_that_are_asked_for_change_no_run(scene):
+    """Before a run and after one; what is asked for late is as if it had been there from the beginning."""
+    bare, before, after = (exugear.build(box_of(*SCENES[scene])) for _ in range(3))
+    assert before.mbs.GetLoad(before.load)["load"] == 0.0
+    options = {"speed": SPEEDS["ramp"], "duration": 0.02, "checks": 0}
+    runs = [ran(model, **options) for model in (bare, before, after)]
+    assert int(after.drive) == int(before.drive) and after.mbs.GetObject(after.drive)["name"] == "drive"
+    runs.append(ran(after, **options))
+    for name in ("dte", "mesh_force", "drive_torque", "speed"):
+        for data in runs[1:]:
+            size = float(np.abs(runs[0][name]).max())
+            assert data[name].values == pytest.approx(runs[0][name].values, abs=1e-7 * size), name
+    late = exugear.build(box_of(*SCENES[scene]))
+    ran(late, **options)
+    functions = [
+        model.mbs.GetObjectParameter(model.drive, "offsetUserFunction")["function"] for model in (before, late)
+    ]
+    assert functions[0](None, 0.01, 0, 0.0) == functions[1](None, 0.01, 0, 0.0) != 0.0
+    assert before.mbs.GetLoad(before.load)["load"] == late.mbs.GetLoad(late.load)["load"] != 0.0
+
+
+def test_drive_and_load_are_not_added_while_the_system_is_solved():
+    """The thread that solves is told so; the system itself may be looked at."""
+    model = exugear.build(box_of({}, {}))
+
+    def ask(mbs, t) -> bool:
+        assert model.mbs.systemData.NumberOfLoads() == 0
+        return int(model.drive) > 0
+
+    model.bare_mbs.SetPreStepUserFunction(ask)
+    with pytest.raises(exugear.RunStopped, match=r"ask for model.mbs, drive or load before"):
+        ran(model, duration=1e-3)
+    model.bare_mbs.SetPreStepUserFunction(0)
+    ran(model, duration=1e-3)
+    assert int(model.drive) > 0
+
+
 def test_a_function_of_time_is_not_called_while_the_system_is_solved():
     """Its calls do not grow with the number of steps."""
     calls = []

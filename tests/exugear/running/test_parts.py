@@ -42,6 +42,14 @@ def assert_equal(serial: xr.Dataset, parts: xr.Dataset, tolerance: float = 1e-5)
     assert rms(parts) == pytest.approx(rms(serial), rel=1e-5)
 
 
+def test_parts_are_joined_in_a_system_that_has_drive_and_load_as_items():
+    """The systems of the processes lack them."""
+    serial, model = exugear.build(smooth_box()), exugear.build(smooth_box())
+    assert int(model.load) == 0 and model.mbs.systemData.NumberOfLoads() == 1
+    parts = exugear.run_up(model, **RUN, executor=Inline()).data
+    assert_equal(exugear.run_up(serial, **RUN).data, parts)
+
+
 BEARING = exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping_time=1e-4)
 
 

@@ -41,9 +41,9 @@ def test_right_flanks_are_the_left_ones_of_the_pair_mirrored_by_hand(pair, offse
     mirror = ste_of(by_hand(pair), [0, 150, 350], phase[order], offsets=offsets)
     for torque in (150, 350):
         right, left = both.sel(torque=-torque).isel(phase=order), mirror.sel(torque=torque)
-        assert -right["te"].values == pytest.approx(left["te"].values, rel=1e-7)
+        assert -right["te"].values == pytest.approx(left["te"].values, rel=1e-9)
         for name in ("stiffness", "centroid", "line_load", "peak_pressure", "contact_ratio"):
-            assert right[name].values == pytest.approx(left[name].values, rel=1e-6, abs=1e-9), name
+            assert right[name].values == pytest.approx(left[name].values, rel=1e-9), name
         shares = [np.sort(side["load_share"].values)[:, -2:] for side in (right, left)]
         assert shares[0] == pytest.approx(shares[1], abs=1e-9)
     unloaded = both["te_unloaded_right"].isel(phase=order).values
@@ -65,7 +65,7 @@ def test_states_of_a_symmetric_pair_are_solved_once_where_its_phases_coincide(of
     mirror = ste_of(by_hand(pair), [0, 50], offsets=offsets).sel(torque=50)
     right = both.sel(torque=-50).roll(phase=-4).isel(phase=slice(None, None, -1)).roll(phase=1)
     for name, sign in (("te", -1), ("stiffness", 1), ("centroid", 1)):
-        assert sign * right[name].values == pytest.approx(mirror[name].values, rel=1e-6, abs=1e-12), name
+        assert sign * right[name].values == pytest.approx(mirror[name].values, rel=1e-9, abs=1e-12), name
 
 
 def test_both_sides_are_saved_and_have_harmonics(tmp_path):

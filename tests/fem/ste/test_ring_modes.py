@@ -75,6 +75,8 @@ def test_a_map_of_finite_elements_keeps_its_stiffness_and_its_coast_side():
     pair, modes = ring_pair(BOLTS), ring_modes(BOLTS)
     ste = fem.static_transmission_error(pair, [-40.0, 0.0, 40.0, 80.0], 6, resolution=COARSE, progress=False)
     assert ste.attrs["cross_compliance"] == pytest.approx(modes["cross"].values, rel=1e-3, abs=1e-12)
+    left_out = ste.attrs["cross_left_out"].reshape(-1, modes.sizes["apart"])[modes.sizes["ring_mode"] - 1]
+    assert left_out == pytest.approx(modes["cross_left_out"].values, rel=1e-3, abs=1e-12)
     rest = fem.without_ring_modes(fem.over_pitches(ste), modes)
     loaded = rest.sel(torque=[40.0, 80.0])
     secant = 40.0 / pair.pinion.r_b / loaded["te"].diff("torque").squeeze()
