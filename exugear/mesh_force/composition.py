@@ -496,7 +496,7 @@ def write_potential(teeth, single, block, lever, pair):
 
 @compiled
 def sum_moments(lever, n, pairs):
-    """(energy, its slope by s at given loads, sum of moments); subtracts what moves with s from the second right side."""
+    """(energy, its slope by s at given loads, sum of moments); subtracts what moves with s from the 2nd right side."""
     energy, by_s, moments = 0.0, 0.0, 0.0
     for p in range(n):
         a = pairs[p]
