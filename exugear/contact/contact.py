@@ -132,7 +132,7 @@ def space_motion(law, frame, q_1, q_2, v_1, v_2, before):
     return motion, Geometry(position, row_1, row_2)
 
 
-@compiled
+@compiled(forceinline=True)
 def push(law, motion, offsets):
     """`Push` of a law in a motion; offsets: a, misalignment, axial as the law counts them, None for bodies that spin.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from exugear.mesh_force.kernel_records import doubles_at, floats_at, reader, record_type
 from fem.support.arguments import checked
-from fem.support.numba_cache import compiled
+from fem.support.numba_cache import apart, compiled
 from fem.support.validation import require
 
 NAMES = "deflection", "force", "a", "misalignment", "axial", "centroid", "pinion_torque", "wheel_torque", "phase"
@@ -92,7 +92,7 @@ def store(addresses, k, values):
             doubles_at(addresses[i])[k] = values[i]
 
 
-@compiled
+@apart
 def write(record, k, mesh, power, friction, carrier, components, motions):
     """Store those quantities of sample k that are recorded.
 

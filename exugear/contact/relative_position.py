@@ -19,10 +19,8 @@ from math import atan2, cos, floor, pi, sin, sqrt
 from typing import NamedTuple
 
 from exugear.contact.vectors import cross, dot, scaled, total
-from fem.gear.involute import involute
 from fem.support.numba_cache import compiled
 
-compiled_involute = compiled(involute)
 #: Difference of the advance of two equal states, over the base pitch.
 SAME_STATE = 1e-3
 Vector = tuple[float, float, float]
@@ -197,7 +195,8 @@ def position_of(table, frame, q_1, q_2, before=(0.0, 1.0)):
     advance = d * (r_1 * spin_1 + r_2 * spin_2 - frame.tan_beta_b * (raised - frame.height)) - frame.gap
     if frame.base_pitch != 0.0:
         advance = remembered_advance(table, frame.base_pitch, advance, before)
-    opening = (r_1 + r_2) * (compiled_involute(atan2(sine, cosine)) - frame.inv_alpha_wt)
+    # the involute of the working pressure angle: its tangent is known, and takes 10 ns to compute
+    opening = (r_1 + r_2) * (sine / cosine - atan2(sine, cosine) - frame.inv_alpha_wt)
     phase = d * frame.pitches_per_radian * spin_1 + frame.phase
     flank = flank_of(table, advance, opening, phase)
     lean = dot(pinion.z, wheel.z), dot(e_r, wheel.z), dot(e_t, wheel.z)

@@ -54,8 +54,8 @@ from exugear.mesh_force.patches import (
     range_of,
     table_at,
 )
-from exugear.mesh_force.pchip import hermite, hermite_slope
-from fem.support.numba_cache import compiled
+from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
+from fem.support.numba_cache import apart, compiled
 
 #: Most tooth pairs that may touch at a time.
 MOST = 8
@@ -207,7 +207,7 @@ def range_of_pair(pair):
     return Range(pair.unloaded, pair.unloaded_slope, pair.largest, pair.largest_slope, pair.largest_force)
 
 
-@compiled
+@apart
 def composed_range(table, block, cell: Cell):
     """`Range` of a composed law: where the first tooth pair touches, and up to where all reach."""
     teeth, pairs = teeth_of(table), carray(pairs_on_stack(), MOST)
@@ -224,7 +224,7 @@ def composed_range(table, block, cell: Cell):
     return Range(unloaded, unloaded_slope, end - unloaded, end_slope - unloaded_slope, largest_force)
 
 
-@compiled
+@apart
 def composed_potential(table, block, cell: Cell, deflection, lever):
     """`Potential` of a composed law; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
     teeth, pairs = teeth_of(table), carray(pairs_on_stack(), MOST)
@@ -325,7 +325,8 @@ def single_potential(single, block, lever, pair, moves):
     value, first, second = quintic(load.share, Jet(jets[0], jets[1], jets[2]), Jet(jets[3], jets[4], jets[5]))
     if moves:
         a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), load.low)
-        low, high = along_phase(hermite_slope, pair.share, a, b), along_phase(hermite_slope, pair.share, c, d)
+        weights = hermite_slope_weights(pair.share)
+        low, high = along_phase(weights, a, b), along_phase(weights, c, d)
         by_phase, by_phase_u, _ = quintic(load.share, low, high)
     w = Patch(value, m * first, m * m * second, n * by_phase, n * m * by_phase_u)
     return derivatives(extent, centroid, penetration, lever, w, (load.low + load.share) / m)
@@ -335,9 +336,9 @@ def single_potential(single, block, lever, pair, moves):
 def write_jets(single, block, j, pair):
     """Write the jets over the load, at the ends of its interval j."""
     a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), j)
-    jets, pair.load_cell = pair.jets, j
-    jets[0], jets[1], jets[2] = along_phase(hermite, pair.share, a, b)
-    jets[3], jets[4], jets[5] = along_phase(hermite, pair.share, c, d)
+    jets, weights, pair.load_cell = pair.jets, hermite_weights(pair.share), j
+    jets[0], jets[1], jets[2] = along_phase(weights, a, b)
+    jets[3], jets[4], jets[5] = along_phase(weights, c, d)
 
 
 @compiled

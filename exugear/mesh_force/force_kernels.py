@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from exugear.mesh_force.offset_interpolation import MOST_VALUES, stencil, tilt_stencil
 from exugear.mesh_force.patches import phase_cell, table_of
-from exugear.mesh_force.potential import CONTINUED, centroid_at, extent_of, potential
-from fem.support.numba_cache import compiled, kept
+from exugear.mesh_force.potential import CONTINUED, centroid_at, extent_of, potential, potential_apart
+from fem.support.numba_cache import apart, compiled, kept
 
 #: Share of the way to the end of the shortest table up to which all tables surely reach.
 REACH = 0.8
@@ -51,17 +51,17 @@ def damping(table, penetration):
     return table.damping * r * r * (3.0 - 2.0 * r)
 
 
-@compiled
+@compiled(forceinline=True)
 def spinning_force(table, phase, deflection):
     """`StaticForce` of a flank by its table, of a law without offsets; ValueError as of `potential` beyond it."""
-    u = potential(table, 0, phase_cell(table, phase), deflection, 0.0)
+    u = potential(table, block_number(table, 0, 0, 0), phase_cell(table, phase), deflection, 0.0)
     by_phase = u.by_phase if table.conserves != 0 else 0.0
     return StaticForce(
         u.energy, max(u.penetration, 0.0), u.force, u.stiffness, u.force_by_phase, by_phase, 0.0, u.by_lever, 0.0
     )
 
 
-@compiled
+@compiled(forceinline=True)
 def static_force(table, phase, deflection, a, misalignment, axial):
     """`StaticForce` of a flank by its table, at offsets; ValueError beyond the table.
 
@@ -75,7 +75,7 @@ def static_force(table, phase, deflection, a, misalignment, axial):
     return static if table.conserves != 0 else without_further_torques(static)
 
 
-@compiled
+@apart
 def blended(table, phase, deflection, a, misalignment, axial):
     """(`StaticForce` at offsets, largest force [N] of the law there)."""
     cell = phase_cell(table, phase)
@@ -90,7 +90,7 @@ def blended(table, phase, deflection, a, misalignment, axial):
                     share, slope = tilt.weights[q], tilt.slopes[q]
                     if share != 0.0 or slope != 0.0:
                         block = block_number(table, distance.first + p, tilt.first + q, shift.first + r)
-                        u = potential(table, block, cell, deflection, tilt.levers[q])
+                        u = potential_apart(table, block, cell, deflection, tilt.levers[q])
                         by_tilt = slope * u.energy + share * tilt.lever_slopes[q] * u.by_lever
                         total = added(total, u, weight * share, (by_a * share, weight * by_tilt, by_axial * share))
                         limit += weight * share * u.largest_force
@@ -154,7 +154,7 @@ def ends_of(table, side):
 @kept
 def range_at(table, phase):
     """Deflections at loss of contact and at the end of the table [m], of a law without offsets."""
-    extent = extent_of(table, 0, phase_cell(table, phase))
+    extent = extent_of(table, block_number(table, 0, 0, 0), phase_cell(table, phase))
     return extent.unloaded, extent.unloaded + extent.largest
 
 

@@ -13,7 +13,7 @@ from numba import carray
 from exugear.mesh_force.kernel_records import doubles_at, reader, start_of
 from exugear.mesh_force.layout import INCREMENT
 from exugear.mesh_force.patches import Patch
-from exugear.mesh_force.pchip import hermite, hermite_bend, hermite_slope
+from exugear.mesh_force.pchip import hermite, hermite_bend_weights, hermite_slope, weighted
 from fem.support.numba_cache import compiled
 
 #: Least t, the root of the load, at which the bend of moments is taken.
@@ -139,7 +139,7 @@ def over_t(w, interval, first):
     return Patch(
         hermite(w, p, p_t, q, q_t),
         hermite_slope(w, p, p_t, q, q_t),
-        hermite_bend(w, p, p_t, q, q_t),
+        weighted(hermite_bend_weights(w), p, p_t, q, q_t),
         hermite(w, p_s, p_ts, q_s, q_ts),
         hermite_slope(w, p_s, p_ts, q_s, q_ts),
     )

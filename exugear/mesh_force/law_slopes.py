@@ -34,7 +34,7 @@ from exugear.mesh_force.patches import (
     range_of,
     table_of,
 )
-from exugear.mesh_force.pchip import hermite_bend
+from exugear.mesh_force.pchip import hermite_bend_weights, weighted
 from exugear.mesh_force.potential import potential
 from fem.support.numba_cache import compiled, kept
 
@@ -77,12 +77,12 @@ NO_SLOPES = BlockSlopes(ZEROS, 0.0, 0.0, 0.0, 0.0, ZEROS, 0.0)
 def bends_of_edge(table, block, cell):
     """Second derivatives by the phase of unloaded deflection and largest penetration [m per square pitch]."""
     first, n = start_of(table) + table.edges_start, table.phase_steps
-    square = table.steps_in_pitch * table.steps_in_pitch
+    square, bend = table.steps_in_pitch * table.steps_in_pitch, hermite_bend_weights(cell.share)
     a = edge_at(first + EDGE_SIZE * (block * n + cell.low))
     b = edge_at(first + EDGE_SIZE * (block * n + cell.high))
     return (
-        square * hermite_bend(cell.share, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
-        square * hermite_bend(cell.share, a.largest, a.largest_slope, b.largest, b.largest_slope),
+        square * weighted(bend, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
+        square * weighted(bend, a.largest, a.largest_slope, b.largest, b.largest_slope),
     )
 
 
@@ -92,9 +92,10 @@ def over_u(table, start, block, cell, load):
     w = patch(table, start, block, cell, load)
     first, number, n = start_of(table) + start, table.penetration_steps + 1, table.phase_steps
     low, high = number * (block * n + cell.low) + load.low, number * (block * n + cell.high) + load.low
-    at_low = along_phase(hermite_bend, cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
+    bend = hermite_bend_weights(cell.share)
+    at_low = along_phase(bend, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
     low, high = low + 1, high + 1
-    at_high = along_phase(hermite_bend, cell.share, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
+    at_high = along_phase(bend, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
     by_phases = table.steps_in_pitch * table.steps_in_pitch * quintic(load.share, at_low, at_high)[0]
     return SecondOrder(w.value, w.by_u, w.by_phase, w.by_uu, w.by_phase_u, by_phases)
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from exugear.mesh_force.kernel_records import reader, start_of
 from exugear.mesh_force.layout import EDGE, FORCE_TABLE, NODE
-from exugear.mesh_force.pchip import hermite, hermite_slope
+from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights, weighted
 from fem.support.numba_cache import compiled
 
 #: Phase from which on rounding leaves too little of its fractional part.
@@ -87,7 +87,7 @@ def edge(table, block, i):
     return edge_at(start_of(table) + table.edges_start + EDGE_SIZE * (block * table.phase_steps + i))
 
 
-@compiled
+@compiled(forceinline=True)
 def range_of(table, block, phase):
     """`Range` of a block in a phase cell."""
     a, b, t, n = edge(table, block, phase.low), edge(table, block, phase.high), phase.share, table.steps_in_pitch
@@ -100,7 +100,7 @@ def range_of(table, block, phase):
     )
 
 
-@compiled
+@compiled(forceinline=True)
 def nodes_of(table, start, block, phase, j):
     """Nodes of a block at a load step j, at the lower and upper phase of a cell, and the same at the next load step."""
     first, number = start_of(table) + start, table.penetration_steps + 1
@@ -110,31 +110,31 @@ def nodes_of(table, start, block, phase, j):
     return a, b, c, d
 
 
-@compiled
+@compiled(forceinline=True)
 def patch(table, start, block, phase, load):
     """`Patch` of a block of the nodes that begin at start [bytes from the head]."""
     a, b, c, d = nodes_of(table, start, block, phase, load.low)
-    t, w, n, m = phase.share, load.share, table.steps_in_pitch, table.penetration_steps
-    value, first_u, second_u = quintic(w, along_phase(hermite, t, a, b), along_phase(hermite, t, c, d))
-    slope_at_low, slope_at_high = along_phase(hermite_slope, t, a, b), along_phase(hermite_slope, t, c, d)
-    by_phase, by_phase_u, _ = quintic(w, slope_at_low, slope_at_high)
+    w, n, m = load.share, table.steps_in_pitch, table.penetration_steps
+    weights, slope_weights = hermite_weights(phase.share), hermite_slope_weights(phase.share)
+    value, first_u, second_u = quintic(w, along_phase(weights, a, b), along_phase(weights, c, d))
+    by_phase, by_phase_u, _ = quintic(w, along_phase(slope_weights, a, b), along_phase(slope_weights, c, d))
     return Patch(value, m * first_u, m * m * second_u, n * by_phase, n * m * by_phase_u)
 
 
-@compiled
-def along_phase(curve, t, a, b):
-    """`Jet` at a position t between two nodes of neighbouring phases, or its derivatives per phase step.
+@compiled(forceinline=True)
+def along_phase(weights, a, b):
+    """`Jet` between two nodes of neighbouring phases, or its derivatives per phase step.
 
-    curve   `hermite`, its slope or its second derivative
+    weights   (4) of the cubic over phase, or their derivatives (`exugear.mesh_force.pchip`)
     """
     return Jet(
-        curve(t, a.value, a.by_phase, b.value, b.by_phase),
-        curve(t, a.by_u, a.by_phase_u, b.by_u, b.by_phase_u),
-        curve(t, a.by_uu, a.by_phase_uu, b.by_uu, b.by_phase_uu),
+        weighted(weights, a.value, a.by_phase, b.value, b.by_phase),
+        weighted(weights, a.by_u, a.by_phase_u, b.by_u, b.by_phase_u),
+        weighted(weights, a.by_uu, a.by_phase_uu, b.by_uu, b.by_phase_uu),
     )
 
 
-@compiled
+@compiled(forceinline=True)
 def quintic(x, low, high):
     """`Jet` at x of the quintic polynomial with given jets at 0 and 1."""
     half = 0.5 * low.second

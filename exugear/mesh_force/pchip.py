@@ -17,23 +17,41 @@ OVERSHOOT = 0.01
 
 
 @compiled
+def hermite_weights(t):
+    """Weights of y_0, m_0, y_1, m_1 in the cubic at t through y_0, y_1 with slopes m_0, m_1 at t = 0, 1."""
+    s = 1.0 - t
+    return s * s * (1.0 + 2.0 * t), s * s * t, t * t * (3.0 - 2.0 * t), -t * t * s
+
+
+@compiled
+def hermite_slope_weights(t):
+    """Derivatives by t of `hermite_weights`."""
+    s = 1.0 - t
+    return -6.0 * s * t, s * (1.0 - 3.0 * t), 6.0 * s * t, t * (3.0 * t - 2.0)
+
+
+@compiled
+def hermite_bend_weights(t):
+    """Second derivatives by t of `hermite_weights`."""
+    return 12.0 * t - 6.0, 6.0 * t - 4.0, 6.0 - 12.0 * t, 6.0 * t - 2.0
+
+
+@compiled
+def weighted(weights, y_0, m_0, y_1, m_1):
+    """The cubic of these weights (4), or its derivative."""
+    return weights[0] * y_0 + weights[1] * m_0 + weights[2] * y_1 + weights[3] * m_1
+
+
+@compiled
 def hermite(t, y_0, m_0, y_1, m_1):
     """Cubic through y_0, y_1 with slopes m_0, m_1 at t = 0, 1."""
-    s = 1.0 - t
-    return s * s * ((1.0 + 2.0 * t) * y_0 + t * m_0) + t * t * ((3.0 - 2.0 * t) * y_1 - s * m_1)
+    return weighted(hermite_weights(t), y_0, m_0, y_1, m_1)
 
 
 @compiled
 def hermite_slope(t, y_0, m_0, y_1, m_1):
     """Derivative by t of `hermite`."""
-    s = 1.0 - t
-    return 6.0 * s * t * (y_1 - y_0) + s * (1.0 - 3.0 * t) * m_0 + t * (3.0 * t - 2.0) * m_1
-
-
-@compiled
-def hermite_bend(t, y_0, m_0, y_1, m_1):
-    """Second derivative by t of `hermite`."""
-    return (12.0 * t - 6.0) * (y_0 - y_1) + (6.0 * t - 4.0) * m_0 + (6.0 * t - 2.0) * m_1
+    return weighted(hermite_slope_weights(t), y_0, m_0, y_1, m_1)
 
 
 @compiled

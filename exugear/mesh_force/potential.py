@@ -10,20 +10,35 @@ from exugear.mesh_force.block_potential import (
 )
 from exugear.mesh_force.composition import composed_potential, composed_range
 from exugear.mesh_force.patches import Cell, range_of
-from fem.support.numba_cache import compiled
+from fem.support.numba_cache import apart, compiled
 
-__all__ = ["CONTINUED", "MID_PLANE", "Centroid", "Potential", "centroid_at", "extent_of", "potential"]
+__all__ = [
+    "CONTINUED",
+    "MID_PLANE",
+    "Centroid",
+    "Potential",
+    "centroid_at",
+    "extent_of",
+    "potential",
+    "potential_apart",
+]
 
 #: Step of the deflection by which the slope of a composed law's centroid is a difference, over the penetration.
 STEP = 1e-4
 
 
-@compiled
+@compiled(forceinline=True)
 def potential(table, block, phase: Cell, deflection, lever):
     """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
     if table.teeth != 0:
         return composed_potential(table, block, phase, deflection, lever)
     return block_potential(table, block, phase, deflection, lever)
+
+
+@apart
+def potential_apart(table, block, phase: Cell, deflection, lever):
+    """`potential` for loops over blocks."""
+    return potential(table, block, phase, deflection, lever)
 
 
 @compiled

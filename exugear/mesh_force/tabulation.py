@@ -22,7 +22,7 @@ from exugear.mesh_force.layout import (
     table_type,
 )
 from exugear.mesh_force.offset_interpolation import slope_weights
-from exugear.mesh_force.pchip import hermite, monotone_cubic, periodic_cubics
+from exugear.mesh_force.pchip import hermite_weights, monotone_cubic, periodic_cubics, weighted
 from fem.support.validation import require
 
 #: Fields of a `MeshForce` that the heads of its tables hold.
@@ -249,7 +249,7 @@ def _integrals(k: np.ndarray, slope: np.ndarray) -> np.ndarray:
     total = np.zeros((*k.shape[:-1], PENETRATIONS))
     for t, weight in zip((points + 1) / 2, weights / 2, strict=True):
         u = U[:-1] + t / PENETRATIONS
-        total += (
-            weight / PENETRATIONS * u**7 * hermite.py_func(t, k[..., :-1], slope[..., :-1], k[..., 1:], slope[..., 1:])
-        )
+        of_ends = hermite_weights.py_func(t)
+        curve = weighted.py_func(of_ends, k[..., :-1], slope[..., :-1], k[..., 1:], slope[..., 1:])
+        total += weight / PENETRATIONS * u**7 * curve
     return total

@@ -72,13 +72,13 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
     modes   number of amplitudes of an elastic ring
     It encloses numbers only, by which the cache on disk identifies it; branches that they exclude are not compiled.
     """
-    amplitudes, rates = bodies + modes, 2 * bodies + modes
+    before_rates, rates = bodies + modes, 2 * bodies + modes
 
     @kept
     def spin_contact(law, frame, state, friction, record, t, *coordinates):
         law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
-        x = coordinates if modes == 0 else coordinates[:bodies] + coordinates[amplitudes:rates]
+        x = coordinates if modes == 0 else coordinates[:bodies] + coordinates[before_rates:rates]
         body_1 = spin_of(state.imposed[0], t, x[0], x[bodies])
         body_2 = spin_of(state.imposed[1], t, x[1], x[bodies + 1])
         carrier = STANDING if bodies == 2 else spin_of(state.imposed[2], t, x[2], x[5])
@@ -88,18 +88,9 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
         by_wheel = frame.wheel.r_b * body_2.speed if state.imposed[1] else 0.0
         by_carrier = (frame.pinion.r_b + frame.wheel.r_b) * carrier.speed if state.imposed[2] else 0.0
         beside = Beside(frame.direction * (by_pinion + by_wheel - by_carrier), 0.0, 0.0, 0.0)
-        lag = 0.0
-        if modes > 0:
-            ring = ring_at(frame.ring)
-            put_all(ring.state, coordinates[bodies:amplitudes] + coordinates[rates:])
-            rim = flexed(ring, law, motion, state.steps)
-            lag = rim.advance
-            motion, beside = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
-        motion, push, force, dissipation = push_in_step(law, state, motion, beside, None)
-        pulsed = force + state.steps.pulse_force
-        if modes > 0:
-            note_forces(ring, pulsed)
-            push = with_torque_on_phase(push, rim, pulsed)
+        amplitudes = None if modes == 0 else coordinates[bodies:before_rates] + coordinates[rates:]
+        pushed = push_by_ring(law, frame, state, motion, beside, None, amplitudes)
+        motion, push, force, pulsed, dissipation, lag = pushed
         torque_1, torque_2 = spin_forces(frame, push, pulsed)
         rub = friction_of_spins(friction_at(friction) if rubs == 1 else None, frame, push, pinion.speed, wheel.speed)
         torque_1, torque_2 = torque_1 + rub.pinion, torque_2 + rub.wheel
@@ -113,7 +104,7 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
         torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
         if modes > 0:
-            return torques + as_tuple(carray(doubles_at(ring.forces), modes), modes)
+            return torques + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
         return torques
 
     return spin_contact
@@ -141,6 +132,27 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
     lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2) + steps.lag * turning * turning * along
     held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     return Beside(imposed_rate, by_bearings, lag_rate, held)
+
+
+@compiled(forceinline=True)
+def push_by_ring(law, frame, state, motion, beside, offsets, amplitudes):
+    """(`Motion` ahead, `Push`, force, force with that of a pulse [N], dissipated power [W], lag of the advance [m]).
+
+    What `push_in_step` gives, also of a ring whose rim is flexed, by which the advance lags.
+
+    amplitudes   of an elastic ring and their rates; None of gears that are rigid
+    """
+    if amplitudes is None:
+        ahead, push, force, dissipation = push_in_step(law, state, motion, beside, offsets)
+        return ahead, push, force, force + state.steps.pulse_force, dissipation, 0.0
+    ring = ring_at(frame.ring)
+    put_all(ring.state, amplitudes)
+    rim = flexed(ring, law, motion, state.steps)
+    behind, with_modes = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
+    ahead, push, force, dissipation = push_in_step(law, state, behind, with_modes, offsets)
+    pulsed = force + state.steps.pulse_force
+    note_forces(ring, pulsed)
+    return ahead, with_torque_on_phase(push, rim, pulsed), force, pulsed, dissipation, rim.advance
 
 
 @compiled
@@ -208,14 +220,14 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
     """The compiled contact of two kinds of bodies, as `_spin_contact`; carried: 1 of spins on a carrier."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
     components, bodies = recorded_components(n_1, n_2), n_1 + n_2 + carried
-    amplitudes, rates = bodies + modes, 2 * bodies + modes
+    before_rates, rates = bodies + modes, 2 * bodies + modes
 
     @kept
     def spatial_contact(law, frame, state, friction, record, t, *all_coordinates):
         law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
         begin_solve(state, t)
-        coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[amplitudes:rates]
+        coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[before_rates:rates]
         carrier = STANDING if carried == 0 else spin_of(state.imposed[2], t, coordinates[2], coordinates[5])
         x = coordinates if carried == 0 else in_carrier_frame(coordinates, carrier)
         pinion, wheel = motions_of(frame, kind_1, kind_2, n_1, n_2, x)
@@ -233,18 +245,9 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
-        lag = 0.0
-        if modes > 0:
-            ring = ring_at(frame.ring)
-            put_all(ring.state, all_coordinates[bodies:amplitudes] + all_coordinates[rates:])
-            rim = flexed(ring, law, motion, state.steps)
-            lag = rim.advance
-            motion, beside = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
-        motion, push, force, dissipation = push_in_step(law, state, motion, beside, geometry.position.offsets)
-        pulsed = force + state.steps.pulse_force
-        if modes > 0:
-            note_forces(ring, pulsed)
-            push = with_torque_on_phase(push, rim, pulsed)
+        amplitudes = None if modes == 0 else all_coordinates[bodies:before_rates] + all_coordinates[rates:]
+        pushed = push_by_ring(law, frame, state, motion, beside, geometry.position.offsets, amplitudes)
+        motion, push, force, pulsed, dissipation, lag = pushed
         forces_1, forces_2 = space_forces(frame, geometry, push, pulsed)
         rub = friction_in_space(
             friction_at(friction) if rubs == 1 else None, frame, geometry.position, push, pinion.v, wheel.v
@@ -279,12 +282,12 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         if carried == 1:
             torques = spun_1, spun_2, torque_on(state, 2, carrier, torque_3)
             if modes > 0:
-                return torques + as_tuple(carray(doubles_at(ring.forces), modes), modes)
+                return torques + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
             return torques
         on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
         on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
         if modes > 0:
-            return on_pinion + on_wheel + as_tuple(carray(doubles_at(ring.forces), modes), modes)
+            return on_pinion + on_wheel + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
         return on_pinion + on_wheel
 
     return spatial_contact

@@ -13,7 +13,7 @@ from numba import carray
 from exugear.contact.body_motion import BodyMotion
 from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_type
-from fem.support.numba_cache import compiled, kept
+from fem.support.numba_cache import apart, compiled, kept
 
 #: Number of pieces of the angle about z over time, addresses of their knots (number + 1) and coefficients (number, 5)
 #: of 1, s, s^2 ..., s counted from the lower knot; the piece of the last call.
@@ -45,11 +45,15 @@ def imposed_motion(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.reco
     return record, arrays
 
 
-@compiled
+@compiled(forceinline=True)
 def spin_of(address, t, angle, speed):
     """The `Spin` of a body at t by its imposed motion, or as its coordinate has it where the address is 0."""
-    if address == 0:
-        return Spin(angle, speed, 0.0)
+    return imposed_spin(address, t) if address != 0 else Spin(angle, speed, 0.0)
+
+
+@apart
+def imposed_spin(address, t):
+    """The `Spin` at t by the imposed motion at an address."""
     motion = imposed_motion_at(address)
     knots, i = carray(doubles_at(motion.knots), motion.number + 1), motion.piece
     while i > 0 and t < knots[i]:

@@ -50,7 +50,7 @@ from exugear.contact.contact import Motion, Push, push
 from exugear.contact.relative_position import flank_of
 from exugear.mesh_force.force_kernels import StaticForce
 from exugear.mesh_force.kernel_records import reader, record_type
-from fem.support.numba_cache import compiled
+from fem.support.numba_cache import apart, compiled
 
 #: Difference of two times from a step, over the step, up to which they are one step apart.
 SAME_STEP = 0.01
@@ -147,7 +147,7 @@ def begin_solve(state, t):
     state.begin = min(state.begin, t)
 
 
-@compiled
+@compiled(forceinline=True)
 def push_in_step(law, state, motion, beside, offsets):
     """(`Motion` ahead, `Push` there, force for the integrator without that of a pulse [N], dissipated power [W])."""
     steps = state.steps
@@ -172,7 +172,7 @@ def shifted(motion, advance, rate):
     return Motion(motion.advance + advance, motion.rate + rate, motion.opening, motion.phase, motion.phase_rate)
 
 
-@compiled
+@compiled(forceinline=True)
 def push_if_engaged(law, state, motion, offsets):
     """The `Push` of a law, none where the gears are out of mesh; notes whether teeth have touched."""
     if state.engaged == OUT_OF_MESH or state.engaged == HELD:
@@ -231,7 +231,7 @@ def slope_in_step(steps, push, lag, mobility):
     return steps.deflection * (k / yielding) + steps.rate * (c * (1.0 + lag * k) / yielding)
 
 
-@compiled
+@compiled(forceinline=True)
 def guess_of(law, steps, motion, beside, offsets):
     """The `Guess` of a call, from the motion half a step of the last acceleration ahead."""
     if steps.predicts == 0.0:
@@ -282,7 +282,7 @@ def moved(motion, advance, rate, before):
     return Motion(advance, rate, motion.opening, motion.phase - motion.phase_rate * before, motion.phase_rate)
 
 
-@compiled
+@apart
 def true_push(law, offsets, motion, lag, mobility, free):
     """(`Push`, true force [N]) in a motion whose rate is too large by lag [s^2] times its second derivative.
 
@@ -302,7 +302,7 @@ def jerk_of(push, force, mobility, free):
     return -mobility * (push.rise + push.damping * (free - mobility * force))
 
 
-@compiled
+@apart
 def end_by_rule(law, steps, offsets, predicted, free, acceleration):
     """(acceleration [m/s^2], zone) at the end of a step by the rule, without pulses, from a first guess."""
     beta_h2, gamma_h, mobility, zone = steps.deflection, steps.rate, steps.mobility, 0.0
@@ -318,7 +318,7 @@ def end_by_rule(law, steps, offsets, predicted, free, acceleration):
     return acceleration, zone
 
 
-@compiled
+@apart
 def true_end(law, steps, offsets, end, start, free):
     """(advance [m], rate [m/s]) at the end of a step in truth, the rate as the rule has it.
 
@@ -356,7 +356,7 @@ def may_meet_event(law, steps, change, acceleration):
     return abs(steps.last_penetration) + min(side * change, 0.0) - margin < law.damping_ramp
 
 
-@compiled
+@compiled(forceinline=True)
 def acceleration_with_events(law, steps, motion, beside, offsets, acceleration):
     """The acceleration [m/s^2] to expect at the end of a step, whose pulse and shift it sets.
 

@@ -112,6 +112,9 @@ class _WithoutMachineCode:
 class Callee(CPUDispatcher):
     """A function that compiled code calls, without code to call it from Python: Python calls another version."""
 
+    #: Whether it stays a function in the machine code of its root.
+    apart = False
+
     @cached_property
     def for_python(self) -> Any:
         """The function as numba compiles it alone."""
@@ -121,19 +124,33 @@ class Callee(CPUDispatcher):
     def add_overload(self, cres) -> None:
         """Store a version without making it known to Python."""
         self.overloads[tuple(cres.signature.args)] = cres
+        if self.apart:
+            # of LLVM; numba has no such option
+            cres.library.get_function(cres.fndesc.llvm_func_name).add_function_attribute("noinline")
 
     def _compile_for_args(self, *arguments, **keywords):
         """Compiled version for a call from Python."""
         return self.for_python._compile_for_args(*arguments, **keywords)
 
 
-def callee(function=None, **options) -> Any:
-    """Decorator like `numba.njit` for functions that compiled code calls."""
+def callee(function=None, *, apart: bool = False, **options) -> Any:
+    """Decorator like `numba.njit` for functions that compiled code calls.
+
+    apart   never inlined: for code that is long or rarely run
+
+    Numba passes `forceinline` on to all that such a function calls, where it is the first to call it: a law of 20
+    functions then grew to 118,000 instructions, a minute of compilation, or did not, by the order of compilations in a
+    process. Here each function has it for itself alone. A function should not be an argument of another one: where the
+    latter is not inlined, its code contains an address, and numba warns that it does not keep it.
+    """
     if function is None:
-        return partial(callee, **options)
+        return partial(callee, apart=apart, **options)
+    options = {"forceinline": False} | options
     if not WHOLE_TREES:
         return njit(function, **options)
-    return Callee(function, targetoptions={"nopython": True, "boundscheck": None, **NO_WRAPPERS, **options})
+    dispatcher = Callee(function, targetoptions={"nopython": True, "boundscheck": None, **NO_WRAPPERS, **options})
+    dispatcher.apart = apart
+    return dispatcher
 
 
 @contextmanager

@@ -46,6 +46,39 @@ def compiled_root():
     return root
 
 
+@callee(apart=True)
+def tripled(x):
+    return 3.0 * x
+
+
+@callee
+def halved(x):
+    return 0.5 * x
+
+
+@callee(forceinline=True)
+def halved_and_tripled(x):
+    return halved(x) + tripled(x)
+
+
+@whole_trees
+def test_functions_are_inlined_as_they_ask_whoever_calls_them_first():
+    """Numba alone passes on what the first caller asks."""
+    root = njit(lambda x: halved_and_tripled(x))
+    with whole_call_tree():
+        assert root(2.0) == 7.0
+    wanted = {halved_and_tripled: {b"alwaysinline"}, halved: set(), tripled: {b"noinline"}}
+    names = {}
+    for function, attributes in wanted.items():
+        (overload,) = function.overloads.values()
+        names[function] = overload.fndesc.llvm_func_name
+        in_library = set(overload.library.get_function(names[function]).attributes)
+        assert in_library & {b"alwaysinline", b"noinline"} == attributes
+    (overload,) = root.overloads.values()
+    left = {function.name for function in overload.library.get_defined_functions()}
+    assert names[tripled] in left and names[halved_and_tripled] not in left
+
+
 @whole_trees
 def test_only_the_root_of_a_call_tree_becomes_machine_code():
     root = compiled_root()
