@@ -71,10 +71,13 @@ def test_energy_books_close(support, load, options):
 
 
 def test_torques_balance_while_the_ring_stands():
-    """At the start all amplitudes are static: sun, ring and carrier balance, and the ring's torque is that of gears."""
+    """At the start all amplitudes are static: sun, ring and carrier balance, and the ring's torque is that of gears.
+
+    Amplitudes of the ring, whose support takes the torque, are recorded in single precision.
+    """
     data = exugear.run_up(exugear.build(box_on_ring()), speed=1.0, load=200.0, duration=1e-4, **OPTIONS).data
     total = data["drive_torque"] + data["reaction_torque"] - data["load_torque"]
-    assert abs(float(total[0])) < 1e-8 * 200
+    assert abs(float(total[0])) < np.finfo(np.float32).eps * 200
     assert float(data["reaction_torque"][0]) == pytest.approx(200.0 * 69 / 90, rel=1e-3)
 
 
@@ -137,7 +140,7 @@ def test_the_plan_tells_what_the_ring_does():
     with_modes, without = (
         str(exugear.plan(exugear.Gearbox([x], held="ring"))) for x in (set_on_ring(), set_on_ring(modes=False))
     )
-    assert "its ring vibrates in 13 modes of 1433 to" in with_modes
+    assert f"its ring vibrates in 13 modes of {float(ring_modes()['frequency'][0]):.4g} to" in with_modes
     assert "damping ratio 0.01" in with_modes and "of the bending of its rim" in with_modes
     assert "of which the modes leave out" in with_modes
     assert "skipped: bending of the ring between the planets" in without
