@@ -36,9 +36,9 @@ class SeriesPin(NamedTuple):
 def check_carrier(stiffness: Housing, carrier: Shaft, planets: Sequence[Shaft]) -> None:
     """Require that the seats are those of planets on pins, or of bearings of a carrier without sections."""
     check_seats(stiffness, [*planets, carrier], "carrier_stiffness")
-    own = [seat_label(seat) for seat in stiffness.seats if seat[0] == carrier.name]
-    twice = f"carrier_stiffness has the seats {own}, but the carrier {carrier.name!r} has sections, which yield too"
-    require(not own or not carrier.sections, f"{twice}; leave its sections out, or these seats")
+    seated = [seat_label(seat) for seat in stiffness.seats if seat[0] == carrier.name]
+    twice = f"carrier_stiffness has the seats {seated}, but the carrier {carrier.name!r} has sections, which yield too"
+    require(not seated or not carrier.sections, f"{twice}; leave its sections out, or these seats")
 
 
 def pins_in_series(stiffness: Housing, planets: Sequence[Shaft]) -> dict[str, SeriesPin]:
@@ -62,10 +62,10 @@ def series_error(stiffness: Housing, planets: Sequence[Shaft]) -> float:
 
 def check_series(stiffness: Housing, carrier: Shaft, planets: Sequence[Shaft]) -> None:
     """ValueError where runs cannot have the carrier in series with its pins."""
-    own = [seat_label(seat) for seat in stiffness.seats if seat[0] == carrier.name]
+    seated = [seat_label(seat) for seat in stiffness.seats if seat[0] == carrier.name]
     statics = "exugear.load_distribution takes the whole matrix"
-    beside = f"runs have no seats of bearings on the carrier {carrier.name!r} itself, got {own}"
-    require(not own, f"{beside}; {statics}, leave these seats out for runs")
+    beside = f"runs have no seats of bearings on the carrier {carrier.name!r} itself, got {seated}"
+    require(not seated, f"{beside}; {statics}, leave these seats out for runs")
     of_pins: Mapping[str, Shaft] = {shaft.name: shaft for shaft in planets}
     unlike = [
         name
@@ -95,8 +95,7 @@ def _series(coupling: SeatCoupling, number: int) -> SeriesPin:
     of_carrier, bearing, damping = compliance[part, part], coupling.bearings[part, part], coupling.damping[part, part]
     yielding = np.linalg.solve(np.eye(PER_SEAT) + of_carrier @ bearing, np.eye(PER_SEAT))
     together = bearing @ yielding
-    carried = bearing @ yielding
-    of_seat = housing.damping_time * carried.T @ of_carrier @ carried
+    of_seat = housing.damping_time * together.T @ of_carrier @ together
     return SeriesPin(_isotropic(together), _isotropic(yielding.T @ damping @ yielding + of_seat))
 
 
