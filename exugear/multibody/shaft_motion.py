@@ -27,6 +27,7 @@ from exugear.multibody.model import Model, is_first
 from exugear.multibody.moving_seats import SeatMotion, motions_of_seats, positions_on
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
+from fem.support.blas_threads import one_thread
 from fem.support.user_warning import warn_user
 from fem.units import mm
 
@@ -231,6 +232,7 @@ class BearingForces:
         counts = [len(shaft.bearings) for shaft in self.model.gearbox.shafts if kinds[shaft.name].on_bearings]
         return np.zeros((sum(counts), 5 if self.moments else 3, self.samples))
 
+    @one_thread()
     def extend(self, number: int) -> None:
         """Compute the forces up to a number of samples."""
         new, last = slice(self.computed, number), 0
