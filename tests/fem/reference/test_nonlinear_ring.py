@@ -17,8 +17,8 @@ from fem.units import mm, um
 
 COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
 #: Of the reference. Thin layers below the flank govern it: 24 raise te by less than 0.02 % of its mean. Where teeth
-#: take over, its elements along the flank do: from 66 to 132 and to 198 te rises there by 0.6 and 0.2 % of its mean with
-#: the thin rim, by 0.5 and 0.1 % of the wind turbine, elsewhere by 0.2 and 0.02 %.
+#: take over, its elements along the flank do: from 66 to 132 and to 198 te rises there by 0.6 and 0.2 % of its mean
+#: with the thin rim, by 0.5 and 0.1 % of the wind turbine, elsewhere by 0.2 and 0.02 %.
 FINE = Density(flank=132, fillet=6, land=2, tooth=16, rim=8, body=14)
 FINEST = replace(FINE, flank=198)
 
