@@ -231,7 +231,7 @@ def test_parts_on_a_local_cluster_of_dask():
     model, options = exugear.build(smooth_box()), RUN | {"duration": 10.0}
     serial = exugear.run_up(model, **options).data
     with (
-        LocalCluster(n_workers=2, threads_per_worker=2, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=2, threads_per_worker=2, dashboard_address=":0") as cluster,
         Client(cluster) as client,
     ):
         parts = exugear.run_up(model, **options, executor=client.get_executor()).data

@@ -276,7 +276,7 @@ def test_a_local_cluster_of_dask_gives_the_same(tmp_path):
     cases = [{"level": float(k)} for k in range(20)]
     here = quiet_sweep(studies.noisy, cases, seed=4)
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
         Client(cluster) as client,
     ):
         client.run(sys.path.append, str(Path(studies.__file__).parent))

@@ -138,7 +138,7 @@ def test_processes_and_a_cluster_of_dask_give_the_same_bits(tmp_path, monkeypatc
     here = exugear.monte_carlo(loudness, tolerances, **options)
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
         xr.testing.assert_identical(exugear.monte_carlo(loudness, tolerances, **options, executor=executor), here)
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, Client(cluster) as client:
         executor = client.get_executor()
         on_cluster = exugear.monte_carlo(loudness, tolerances, **options, executor=executor, store=tmp_path)
     xr.testing.assert_identical(on_cluster, here)
