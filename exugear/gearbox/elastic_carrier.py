@@ -17,7 +17,7 @@ from exugear.gearbox.shaft import Shaft
 from fem.support.validation import require
 
 #: Largest share by which the energy of a deflection of the pins may change where each stands in series alone.
-HONEST = 0.01
+LARGEST_ERROR = 0.01
 #: Share of the largest diagonal entry below which a pin does not resist a motion.
 FREE = 1e-12
 
@@ -79,7 +79,7 @@ def check_series(stiffness: Housing, carrier: Shaft, planets: Sequence[Shaft]) -
     coupled = f"in runs the carrier {carrier.name!r} would stand in series with each pin alone, the same in all"
     coupled = f"{coupled} directions: that changes the energy of the pins by up to {100 * error:.2g} %, more than"
     turn = "give a common twist of all pins to the carrier by sections or a Coupling on its shaft"
-    require(error <= HONEST, f"{coupled} {100 * HONEST:g} %; {turn}, and pass the rest; {statics}")
+    require(error <= LARGEST_ERROR, f"{coupled} {100 * LARGEST_ERROR:g} %; {turn}, and pass the rest; {statics}")
 
 
 def _coupling(stiffness: Housing, planets: Sequence[Shaft]) -> SeatCoupling:

@@ -11,8 +11,8 @@ its damping over `rate` decays as it does; its static compliance is exact in any
 the limit of stability is used, which belongs to theta = 2.3: modes above count by their compliance alone.
 
 Dampers of bearings couple the modes. Where one of two vibrates, the rates of both are too small by the factor at its
-frequency; the damping between them matters where the slower one does, as the faster one then yields to it. So it is
-over the rate of the slower one, which also leaves what is added a matrix that only dissipates.
+frequency. The damping between them matters at the lower frequency, where the faster mode yields. So it is divided by
+the factor of the slower mode; the added matrix then only dissipates.
 """
 
 from math import asin, pi, sqrt

@@ -155,7 +155,7 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
         if teeth.first <= s <= teeth.last:
             pair = pairs[n]
             pair.s, pair.free = s, deflection - (d_1 + d_2)
-            write_place(single, block, phase_cell(single, s - teeth.first), pair)
+            write_cell(single, block, phase_cell(single, s - teeth.first), pair)
             pair.varies, pair.further, pair.further_slope = 0, 0.0, 0.0
             if teeth.in_block > 0:
                 write_variants(teeth, block, tooth_1, tooth_2, pair)
@@ -173,8 +173,8 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
 
 
 @compiled
-def write_place(single, block, cell: Cell, pair):
-    """Write the cell of a tooth pair in the table of a single one, and the range there."""
+def write_cell(single, block, cell: Cell, pair):
+    """Write the cell of a tooth pair in the table of single tooth pairs, and the range there."""
     extent = range_of(single, block, cell)
     pair.low, pair.high, pair.share = cell.low, cell.high, cell.share
     pair.unloaded, pair.unloaded_slope = extent.unloaded, extent.unloaded_slope
@@ -197,7 +197,7 @@ def write_variants(teeth, block, tooth_1, tooth_2, pair):
 
 @compiled
 def cell_of(pair):
-    """`Cell` of a tooth pair in the table of a single one."""
+    """`Cell` of a tooth pair in the table of single tooth pairs."""
     return Cell(pair.low, pair.high, pair.share)
 
 

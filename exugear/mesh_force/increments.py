@@ -46,7 +46,7 @@ class Increment(NamedTuple):
     moment_by_load_s: float
 
 
-class Place(NamedTuple):
+class PositionCell(NamedTuple):
     """Where increments are taken: number of the position below s, share of the way to the next; steps per pitch, 0
     beyond the first and the last position, where increments do not change.
     """
@@ -57,12 +57,12 @@ class Place(NamedTuple):
 
 
 @compiled
-def place_of(teeth, s):
-    """`Place` of the increments at a position."""
+def position_cell(teeth, s):
+    """`PositionCell` of the increments at a position."""
     last = teeth.placed - 1.0
     at = min(max((s - teeth.placed_first) * teeth.placed_steps, 0.0), last)
     i = min(int(at), teeth.placed - 2)
-    return Place(i, at - i, teeth.placed_steps if 0.0 < at < last else 0.0)
+    return PositionCell(i, at - i, teeth.placed_steps if 0.0 < at < last else 0.0)
 
 
 @compiled
@@ -92,7 +92,7 @@ def beside_sum(teeth, variant_1, variant_2):
 @compiled
 def unloaded_increment(teeth, variants, s):
     """Further deflection of a tooth pair without load, and its slope by s; variants: (3,), -1: none."""
-    at, value, slope = place_of(teeth, s), 0.0, 0.0
+    at, value, slope = position_cell(teeth, s), 0.0, 0.0
     for k in range(3):
         variant = int(variants[k])
         if variant >= 0:
@@ -105,7 +105,7 @@ def unloaded_increment(teeth, variants, s):
 @compiled
 def write_interval(teeth, variants, s, j, interval):
     """Write the numbers of the interval of t from load j on, at a position, summed over the variants (3,)."""
-    at = place_of(teeth, s)
+    at = position_cell(teeth, s)
     t, steps = at.share, at.steps
     for k in range(INTERVAL):
         interval[k] = 0.0

@@ -33,7 +33,7 @@ class DriveItems:
 
     mbs           the system
     ground        marker on a coordinate that stands
-    aside         marker on another one, for items that act on nothing
+    aside         marker on a second such coordinate, for items that act on nothing
     ends          markers on the spins that the constraints hold, that of the driving shaft first
     driven        marker on the spin that the load acts on
     constraints   parameters of each constraint while it is not in the system

@@ -15,7 +15,6 @@ from exugear.gearbox.constant_loads import words_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
-from exugear.gearbox.stage import Stage
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import push_on_shafts, static_displacement_or_inf
 from fem.support.validation import require
@@ -68,20 +67,12 @@ def with_linear_bearings(gearbox: Gearbox, names: Collection[str]) -> Gearbox:
     built = "linear_bearings must be empty for gearboxes with planets, a housing or bearings between shafts"
     require(_simple(gearbox), f"{built}, got {list(names)}")
     shafts = {shaft.name: _linear(shaft) if shaft.name in names else shaft for shaft in gearbox.shafts}
+    of_force = dict.fromkeys(("damping", "damping_ratio", "damping_ramp", "backlash"))
     stages = [
-        Stage(
-            shafts[stage.fast.name],
-            shafts[stage.slow.name],
-            stage.force,
-            pair=stage.pair,
-            friction=stage.friction,
-            angle=stage.angle,
-            phase=stage.phase,
-            axial_position=stage.axial_position,
-        )
-        for stage in gearbox.stages
+        replace(x, fast=shafts[x.fast.name], slow=shafts[x.slow.name], mesh=x.force, **of_force) for x in gearbox.stages
     ]
-    return Gearbox(tuple(stages), driving=shafts[gearbox.driving.name], driven=shafts[gearbox.driven.name])
+    ends = {"driving": shafts[gearbox.driving.name], "driven": shafts[gearbox.driven.name]}
+    return replace(gearbox, stages=tuple(stages), **ends)
 
 
 def _linear(shaft: Shaft) -> Shaft:
@@ -96,7 +87,7 @@ def _linear(shaft: Shaft) -> Shaft:
 
 
 def _simple(gearbox: Gearbox) -> bool:
-    """Whether shafts on bearings of their own, in a rigid housing, are all that the gearbox has."""
+    """Whether the gearbox has shafts on bearings in a rigid housing alone, without planetary sets."""
     planetary = gearbox.sets or gearbox.held or gearbox.speeds or any(stage.carrier for stage in gearbox.stages)
     return not (planetary or gearbox.between or gearbox.housing)
 
@@ -104,7 +95,7 @@ def _simple(gearbox: Gearbox) -> bool:
 def words_on_rolling_bearings(
     gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float], linear: Collection[str] = ()
 ) -> dict[str, str]:
-    """What to say of the rolling bearings of each shaft that has some, under loads [N m] by their names.
+    """What to say of the rolling bearings of each shaft on such bearings, under loads [N m] by their names.
 
     linear   names of the shafts whose bearings are linear in runs
     """

@@ -472,7 +472,7 @@ def _meeting(solver: IncrementSolver, pair: GearPair, increments: list[Increment
     if len(meeting) > MOST_MEETING:
         warn_user(
             f"{len(meeting)} pairs of unlike teeth meet, more than {MOST_MEETING}: what both add beside the sum of "
-            "theirs is left out; where both are large, as spalls are, give fewer teeth flanks of their own, or compute "
+            "theirs is left out; where both are large, as spalls are, let fewer teeth differ, or compute "
             "the map of all pitches"
         )
         return number, _stacked(solver, [])

@@ -140,8 +140,8 @@ def callee(function=None, *, apart: bool = False, **options) -> Any:
 
     Numba passes `forceinline` on to all that such a function calls, where it is the first to call it: a law of 20
     functions then grew to 118,000 instructions, a minute of compilation, or did not, by the order of compilations in a
-    process. Here each function has it for itself alone. A function should not be an argument of another one: where the
-    latter is not inlined, its code contains an address, and numba warns that it does not keep it.
+    process. Here it holds for the function that asks for it only. A function should not be an argument of another one:
+    where the latter is not inlined, its code contains an address, and numba warns that it does not keep it.
     """
     if function is None:
         return partial(callee, apart=apart, **options)
