@@ -6,7 +6,7 @@ times the load, and where they push nothing at rest. Bearings whose cages roll a
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -67,11 +67,11 @@ def with_linear_bearings(gearbox: Gearbox, names: Collection[str]) -> Gearbox:
     built = "linear_bearings must be empty for gearboxes with planets, a housing or bearings between shafts"
     require(_simple(gearbox), f"{built}, got {list(names)}")
     shafts = {shaft.name: _linear(shaft) if shaft.name in names else shaft for shaft in gearbox.shafts}
-    of_force = dict.fromkeys(("damping", "damping_ratio", "damping_ramp", "backlash"))
+    of_force: dict[str, Any] = dict.fromkeys(("damping", "damping_ratio", "damping_ramp", "backlash"))
     stages = [
         replace(x, fast=shafts[x.fast.name], slow=shafts[x.slow.name], mesh=x.force, **of_force) for x in gearbox.stages
     ]
-    ends = {"driving": shafts[gearbox.driving.name], "driven": shafts[gearbox.driven.name]}
+    ends: dict[str, Any] = {"driving": shafts[gearbox.driving.name], "driven": shafts[gearbox.driven.name]}
     return replace(gearbox, stages=tuple(stages), **ends)
 
 
