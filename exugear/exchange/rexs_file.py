@@ -27,6 +27,11 @@ LARGEST_FILE, MOST_COMPONENTS, MOST_VALUES = 64 * 2**20, 100_000, 1_000_000
 CODES = {"float32": "<f4", "float64": "<f8", "int32": "<i4"}
 #: Keys of an attribute's value in JSON; those of arrays end with _array or _array_coded.
 KINDS = "floating_point", "integer", "boolean", "string", "enum", "reference_component", "file_reference", "date_time"
+#: Elements of XML files beside those that hold a component's values; and most others, by name, before it is refused.
+ELEMENTS = "model", "relations", "ref", "components", "load_spectrum", "matrix", "array_of_arrays", "r"
+MOST_UNKNOWN = 20
+#: What is told of results over all load cases.
+ACCUMULATION = "accumulation of the load cases, which holds results of another program"
 #: Names under which a file inside a zip archive is a model.
 SUFFIXES = ".rexs", ".xml", ".rexsj", ".json"
 
@@ -69,7 +74,10 @@ class Relation:
 
 @dataclass(frozen=True, eq=False)
 class RexsFile:
-    """Content of a file: components by id, relations, and the components whose attributes change in each load case."""
+    """Content of a file: components by id, relations, and the components whose attributes change in each load case.
+
+    unread   parts of the file that are none of these, in words, such as results accumulated over its load cases
+    """
 
     path: Path
     version: str
@@ -77,6 +85,7 @@ class RexsFile:
     components: dict[str, Component]
     relations: tuple[Relation, ...]
     load_cases: tuple[dict[str, Component], ...]
+    unread: tuple[str, ...] = ()
 
     def of_type(self, *types: str) -> list[Component]:
         """Components of some types, in the order of the file."""
@@ -102,6 +111,8 @@ def read_file(path: FilePath) -> RexsFile:
     data = path.read_bytes()
     if data[:4] == b"PK\x03\x04":
         data = _unzipped(data, path)
+    wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    require(not wide, f"{path} is coded in UTF-16; REXS files are read in UTF-8: save it so")
     content = data.removeprefix(b"\xef\xbb\xbf").lstrip()
     require(content[:1] in (b"<", b"{"), f"{path} holds neither XML nor JSON, so no REXS model; export it as REXS")
     model = _from_xml(content, path) if content[:1] == b"<" else _from_json(content, path)
@@ -113,7 +124,7 @@ def _unzipped(data: bytes, path: Path) -> bytes:
     """The only model in a zip archive; further files, such as meshes, are not read."""
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
-            models = [entry for entry in archive.infolist() if entry.filename.lower().endswith(SUFFIXES)]
+            models = [entry for entry in archive.infolist() if _is_model(entry.filename)]
             listed = f"{path} holds {[entry.filename for entry in archive.infolist()]}"
             require(len(models) == 1, f"{listed}; a REXS archive holds one model {SUFFIXES}")
             too_large = f"{models[0].filename} in {path} has {models[0].file_size} bytes"
@@ -126,6 +137,11 @@ def _unzipped(data: bytes, path: Path) -> bytes:
     return content
 
 
+def _is_model(name: str) -> bool:
+    """Whether a file in an archive is a model by its name; macOS adds a file "__MACOSX/._name" beside each."""
+    return name.lower().endswith(SUFFIXES) and not name.rpartition("/")[2].startswith("._")
+
+
 def _from_xml(content: bytes, path: Path) -> RexsFile:
     # imported here, as most scripts read no file
     from defusedxml import DefusedXmlException
@@ -134,6 +150,8 @@ def _from_xml(content: bytes, path: Path) -> RexsFile:
     handler = _Handler(path)
     try:
         parseString(content, handler, forbid_dtd=True)
+    except LookupError as error:
+        raise ValueError(f"{path}: {error}; save it in UTF-8") from None
     except SAXParseException as error:
         where = f"line {error.getLineNumber()} of {path}"
         raise ValueError(f"{where} is no XML: {error.getMessage()}; export the file again") from None
@@ -155,6 +173,7 @@ class _Handler(ContentHandler):
         self.components: dict[str, Component] = {}
         self.relations: list[Relation] = []
         self.load_cases: list[dict[str, Component]] = []
+        self.unread: dict[str, None] = {}
         self.target = self.components
         self.component: Component | None = None
         self.relation: Relation | None = None
@@ -170,12 +189,15 @@ class _Handler(ContentHandler):
             self.head = given
         require(self.head is not None, f"{where}: the root of a REXS file is <model>, got <{name}>")
         if name == "relation":
-            self.relation = Relation(_given(given, "type", where), int(given.get("order") or 0), {})
+            self.relation = Relation(_given(given, "type", where), _order(given, where), {})
         elif name == "ref" and self.relation is not None:
             self.relation.roles[_given(given, "role", where)] = _given(given, "id", where)
         elif name == "load_case":
             self.target = {}
             self.load_cases.append(self.target)
+        elif name == "accumulation":
+            self.target = {}
+            self.unread[ACCUMULATION] = None
         elif name == "component":
             id = _given(given, "id", where)
             require(id not in self.target, f"{where}: a second component has the id {id}; export the file again")
@@ -189,6 +211,9 @@ class _Handler(ContentHandler):
             self.cells, self.code, self.text = [], given.get("code", ""), []
         elif name == "c":
             self.text = []
+        elif name not in ELEMENTS:
+            self.unread.setdefault(f"elements <{name}>, which REXS has not, the first in line {line}")
+            require(len(self.unread) <= MOST_UNKNOWN, f"{where}: <{name}> is no element of REXS; export it as REXS")
 
     def characters(self, content):
         self.text.append(content)
@@ -207,7 +232,7 @@ class _Handler(ContentHandler):
             value = text if self.cells is None else _array(self.cells, f"{id} in line {line} of {self.path}")
             self.component.attributes[id] = Attribute(value, unit, line)
             self.attribute, self.cells, self.code = None, None, ""
-        elif name == "load_case":
+        elif name in ("load_case", "accumulation"):
             self.target = self.components
         elif name == "component":
             self.component = None
@@ -216,12 +241,20 @@ class _Handler(ContentHandler):
         head: dict[str, str] = self.head or {}
         application = f"{head.get('applicationId', '')} {head.get('applicationVersion', '')}".strip()
         relations, cases = tuple(self.relations), tuple(self.load_cases)
-        return RexsFile(self.path, head.get("version", ""), application, self.components, relations, cases)
+        version, unread = head.get("version", ""), tuple(self.unread)
+        return RexsFile(self.path, version, application, self.components, relations, cases, unread)
 
 
 def _given(attributes: Mapping, name: str, where: str) -> str:
     require(str(attributes.get(name, "")) != "", f"{where} lacks {name}; export the file again")
     return str(attributes[name])
+
+
+def _order(attributes: Mapping, where: str) -> int:
+    """Place of a part among those of a relation of its type."""
+    order = str(attributes.get("order") or 0)
+    require(order.isdigit(), f"{where}: the order of a relation must be a whole number, got {order!r}")
+    return int(order)
 
 
 def _decoded(text: str, code: str, where: str) -> list[float]:
@@ -259,7 +292,7 @@ def _from_json(content: bytes, path: Path) -> RexsFile:
         relations = tuple(
             Relation(
                 str(relation["type"]),
-                int(relation.get("order") or 0),
+                _order(relation, f"relation {relation.get('id')} of {path}"),
                 {str(ref["role"]): str(ref["id"]) for ref in relation["refs"]},
             )
             for relation in model.get("relations", ())
@@ -270,7 +303,8 @@ def _from_json(content: bytes, path: Path) -> RexsFile:
     except (AttributeError, KeyError, TypeError) as error:
         raise ValueError(f"{path} has not the structure of a REXS file, at {error}; export it again") from None
     application = f"{model.get('applicationId', '')} {model.get('applicationVersion', '')}".strip()
-    return RexsFile(path, str(model.get("version", "")), application, components, relations, load_cases)
+    unread = (ACCUMULATION,) if any(spectrum.get("accumulation") for spectrum in spectra) else ()
+    return RexsFile(path, str(model.get("version", "")), application, components, relations, load_cases, unread)
 
 
 def _components(listed, path: Path) -> dict[str, Component]:

@@ -58,7 +58,7 @@ def _raw_case(reading: Reading, layouts: dict[str, ShaftLayout], case: dict[str,
             if torque is not None:
                 raw.torques[layout.name] = raw.torques.get(layout.name, 0.0) + layout.sense * torque
             elif power is not None:
-                raw.powers[layout.name] = power
+                raw.powers[layout.name] = raw.powers.get(layout.name, 0.0) + power
             u, v, w = (value(load, name, "N") or 0.0 for name in FORCES)
             about_v, about_w = (value(load, name, "N m") or 0.0 for name in MOMENTS)
             if np.any([u, v, w, about_v, about_w]):

@@ -195,9 +195,13 @@ class Reading:
         for (type, text), components in groups.items():
             first = components[0].title
             self.account.left_out(first if len(components) == 1 else f"{len(components)} of {type}, {first}", text)
+        changing: dict[str, tuple[str, dict[str, None]]] = {}
         for case in self.file.load_cases:
             for component in case.values():
                 left = [name for name in component.attributes if (component.id, name) not in self._asked]
-                if left:
-                    self.account.left_out(f"load cases, {component.title}", ", ".join(left))
-            break
+                changing.setdefault(component.id, (component.title, {}))[1].update(dict.fromkeys(left))
+        for title, names in changing.values():
+            if names:
+                self.account.left_out(f"load cases, {title}", ", ".join(names))
+        for words in self.file.unread:
+            self.account.left_out("file", words)

@@ -385,7 +385,8 @@ class Train:
         for axial, part in [*gears, *discs, *bearings.items(), *acting.items()]:
             parts.setdefault(axial, []).append(part)
         listed = {axial: tuple(group) if len(group) > 1 else group[0] for axial, group in parts.items()}
-        shaft = Shaft(name, listed, **options)
+        with placing_errors(layout.component, self.reading.file):
+            shaft = Shaft(name, listed, **options)
         kind = "elastic where the plan shows that it matters" if sections else "rigid"
         account.read(layout.component.title, f"{len(layout.sections)} sections, {shaft.mass:.4g} kg, {kind}")
         return shaft

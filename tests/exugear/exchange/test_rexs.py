@@ -179,6 +179,56 @@ def test_nothing_is_lost_in_silence(tmp_path):
     assert all("line" in row.part for row in told(model, "read", "cylindrical_gear"))
 
 
+def test_loads_of_every_case_are_told_or_read(tmp_path):
+    """Attributes of a later load case alone are told, and two loads with powers on a shaft act together."""
+    data = two_stages()
+    load, shaft = (f"_{data.ids[name]}" for name in ("load", "fast"))
+    data.load_case(**{load: {"power": (2.0, "kW")}, shaft: {"rotational_speed": (600.0, "1 / min")}})
+    data.load_case(**{load: {"power": (2.0, "kW")}, "_1": {"temperature_lubricant": (60.0, "C")}})
+    data.components[data.ids["load"] - 1]["attributes"].pop("torque_around_u_axis", None)
+    one = read(data, tmp_path)
+    assert told(one, "left out", "temperature_lubricant")
+    second = data.add("external_load", "", power=(1.0, "kW"))
+    data.relate("assembly", assembly=data.ids["fast"], part=second)
+    both = read(data, tmp_path)
+    assert both.load_cases[0].load == pytest.approx(1.5 * one.load_cases[0].load)
+
+
+@pytest.mark.parametrize("suffix", [".rexs", ".rexsj"])
+def test_results_over_all_load_cases_are_left_out_in_words(suffix, tmp_path):
+    """As REXSapi writes them: components of the model once more, behind the load cases."""
+    data = two_stages()
+    data.load_case(_1={"load_duration_fraction": (50.0, "%")})
+    path = data.write(tmp_path / f"model{suffix}")
+    text = path.read_text()
+    if suffix == ".rexs":
+        result = '<component id="1" type="gear_unit"><attribute id="load_duration_fraction" unit="%">7</attribute>'
+        text = text.replace("</load_case>", f"</load_case><accumulation>{result}</component></accumulation>")
+    else:
+        text = text.replace('"load_cases"', '"accumulation": {"components": [{"id": 1}]}, "load_cases"')
+    path.write_text(text)
+    model = exugear.read_rexs(path, **QUICK)
+    assert told(model, "left out", "accumulation of the load cases")
+    assert [case.share for case in model.load_cases] == [pytest.approx(0.5)]
+
+
+def test_elements_that_rexs_has_not_are_told(tmp_path):
+    path = two_stages().write(tmp_path / "model.rexs")
+    path.write_text(path.read_text().replace("<components>", '<include href="/etc/hostname"/><components>'))
+    assert told(exugear.read_rexs(path, **QUICK), "left out", "elements <include>")
+    many = "".join(f"<a{i}/>" for i in range(30))
+    path.write_text(path.read_text().replace("<components>", f"{many}<components>"))
+    with pytest.raises(ValueError, match=r"line \d+ of .*: <a\d+> is no element of REXS"):
+        exugear.read_rexs(path, **QUICK)
+
+
+def test_an_archive_of_macos_holds_its_model(tmp_path):
+    with zipfile.ZipFile(tmp_path / "model.rexsz", "w") as file:
+        file.writestr("model.rexs", two_stages().xml())
+        file.writestr("__MACOSX/._model.rexs", b"\x00\x05\x16\x07")
+    assert len(exugear.read_rexs(tmp_path / "model.rexsz", **QUICK).gearbox.stages) == 2
+
+
 def test_a_file_of_worm_gears_is_told_and_has_no_gearbox(tmp_path):
     data = RexsData()
     data.add("worm_stage", "worm stage")
@@ -255,6 +305,9 @@ ENTITY = (
         (changed('<ref id="4"', '<ref id="99"'), "names component 99 as part, which is not there"),
         (archive("a.rexs", "b.rexs"), "a REXS archive holds one model"),
         (archive("readme.txt"), "a REXS archive holds one model"),
+        (changed('type="assembly"', 'type="assembly" order="one"'), r"line \d+ of .*: the order of a relation must be"),
+        (changed('encoding="UTF-8"', 'encoding="EBCDIC-XX"'), "unknown encoding.* save it in UTF-8"),
+        (lambda folder: _text(folder, "<model/>", "utf-16"), "coded in UTF-16; .* save it so"),
         (lambda folder: _text(folder, "gearbox"), "neither XML nor JSON"),
         (lambda folder: _text(folder, ENTITY), "declares a document type or entities"),
         (lambda folder: _text(folder, "<html></html>"), "the root of a REXS file is <model>"),
@@ -266,8 +319,8 @@ def test_broken_files_are_refused_with_the_remedy(write, words, tmp_path):
         exugear.read_rexs(write(tmp_path), **QUICK)
 
 
-def _text(folder, text: str):
-    (folder / "model.rexs").write_text(text)
+def _text(folder, text: str, encoding: str = "utf-8"):
+    (folder / "model.rexs").write_text(text, encoding)
     return folder / "model.rexs"
 
 
