@@ -268,14 +268,21 @@ class _Writing:
 
     def _bearing(self, bearing: Bearing, at: np.ndarray, u: float, where: str, shaft: str) -> None:
         whole = bearing.matrix is None and bearing.table is None
+        radial, axial, tilt = bearing.radial, bearing.axial, bearing.tilt
+        if bearing.table is not None:
+            displacements, forces = bearing.table
+            radial += forces[-1] / displacements[-1]
+        if bearing.matrix is not None:
+            radial, axial, tilt = (float(np.diag(bearing.matrix)[i]) for i in (0, 2, 3))
         if not whole or bearing.clearance:
-            self.account.left_out(where, "clearance, table or matrix of the bearing is not written")
+            words = f"clearance, table or matrix of the bearing is not written: radial {radial:.4g} N/m stands for it"
+            self.account.left_out(where, words)
         values: dict[str, Value] = {
-            "radial_stiffness": (bearing.radial, "N / m"),
-            "axial_stiffness": (bearing.axial, "N / m"),
-            "bending_stiffness": (bearing.tilt, "N mm / rad"),
-            "axial_force_absorption": ("both_directions" if bearing.axial else "no_direction", "none"),
-            "radial_force_absorption": (bearing.radial > 0, "none"),
+            "radial_stiffness": (radial, "N / m"),
+            "axial_stiffness": (axial, "N / m"),
+            "bending_stiffness": (tilt, "N mm / rad"),
+            "axial_force_absorption": ("both_directions" if axial else "no_direction", "none"),
+            "radial_force_absorption": (radial > 0, "none"),
             "u_coordinate_on_shaft_inner_side": (u, "mm"),
         }
         id = self._component("concept_bearing", where, **_placed(at), **values)

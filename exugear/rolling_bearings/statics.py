@@ -57,12 +57,13 @@ def equilibrium(
                 break
             step, slope = step / 2, slope / 2
         else:
-            if size <= ROUNDING * load:
-                return q
             break
         q = trial
         if np.abs(q / scale).max() > LARGEST:
             break
+    _, gradient, _ = potential(q)
+    if np.linalg.norm((gradient - force) * scale) <= ROUNDING * load:
+        return q
     raise NotCarried(_far(q / scale))
 
 

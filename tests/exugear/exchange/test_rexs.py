@@ -366,6 +366,22 @@ def test_what_is_written_is_read_again(tmp_path):
     assert sorted(path.name for path in tmp_path.glob("*")) == ["model.rexs", "written.rexs"]
 
 
+def test_a_floating_bearing_is_written_as_stiff_as_at_the_end_of_its_table(tmp_path):
+    """Files that are written can be read: REXS holds no table of forces, which is told."""
+    gear = fem.Gear(z=40, m_n=2 * mm, b=20 * mm, d_bore=30 * mm)
+    floating = exugear.Bearing(table=([0.0, 10e-6, 20e-6], [0.0, 500.0, 3000.0]), damping_time=1e-5)
+    fixed = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-5)
+    shafts = [exugear.Shaft(name, {0.0: fixed, 40 * mm: gear, 90 * mm: floating}) for name in ("fast", "slow")]
+    law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 3e5], [0, 3e5]], backlash=80e-6)
+    box = exugear.Gearbox([exugear.Stage(*shafts, law, pair=fem.GearPair(gear, gear))])
+    account = exugear.write_rexs(tmp_path / "written.rexs", box)
+    assert "radial 1.5e+08 N/m stands for it" in str(account)
+    again = exugear.read_rexs(tmp_path / "written.rexs", **QUICK).gearbox
+    for shaft in again.shafts:
+        assert [x.radial for x in shaft.bearings.values()] == pytest.approx([2e8, 1.5e8])
+        assert [x.axial for x in shaft.bearings.values()] == pytest.approx([1e8, 0.0])
+
+
 def drawn_shaft(name: str, gears: dict, **options) -> exugear.Shaft:
     """A shaft with sections, a fixed ball bearing, a roller bearing, and a force beyond it."""
     ball = exugear.RollingBearing.deep_groove(Z=9, D_w=9 * mm, D_pw=46 * mm, C=21e3, clearance=8e-6, damping_time=1e-5)

@@ -83,6 +83,15 @@ def test_every_load_that_is_carried_has_its_displacement():
         assert loaded.force == pytest.approx(force, rel=1e-6, abs=1e-6 * np.abs(force).max())
 
 
+@pytest.mark.parametrize("clearance", [0.0, 10.0, 40.0])
+def test_forces_of_a_millinewton_are_carried(clearance):
+    """Balls that just touch: displaced by half of the clearance and little more."""
+    force = np.array([0.8e-3, 0.6e-3, 0, 0, 0])
+    loaded = deep_groove(clearance * um).under(force)
+    assert loaded.force == pytest.approx(force, rel=1e-6, abs=1e-9)
+    assert np.hypot(*loaded.displacement[:2]) >= clearance / 2 * um
+
+
 @pytest.mark.slow
 def test_a_thousand_bearings_find_their_displacements():
     for bearing, force in random_bearings(1000):
