@@ -264,8 +264,9 @@ def effect_of_harmonics(z_sun: int, planets: int) -> str:
 def hunting(z_1: int, z_2: int, names: Sequence[str]) -> str:
     """Which teeth of two gears meet, and after how many turns of the first gear in the carrier's frame, in words."""
     (first, second), common = names, gcd(z_1, z_2)
-    turns = abs(z_2) // common
+    cycle = abs(z_2) // common
+    turns = f"{cycle} turn{'s' * (cycle > 1)} of the {first}"
     if common == 1:
-        return f"{first}-{second}: hunting, each tooth meets all {abs(z_2)} teeth within {turns} turns of the {first}"
+        return f"{first}-{second}: hunting, each tooth meets all {abs(z_2)} teeth within {turns}"
     met = f"a tooth of the {first} meets every {common}. tooth of the {second}"
-    return f"{first}-{second}: {met} ({turns} of {abs(z_2)}), the same again after {turns} turns of the {first}"
+    return f"{first}-{second}: {met} ({cycle} of {abs(z_2)}), the same again after {turns}"

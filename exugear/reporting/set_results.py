@@ -142,7 +142,7 @@ def _sharing(data: xr.Dataset, of_set: SetData) -> list[str]:
     """K_gamma at sun and ring, with the planet that carries most."""
     sentences = []
     for member in (of_set.sun, of_set.ring):
-        shares = planet_shares(data, member=member)
+        shares = planet_shares(data, member=member, carrier=of_set.carrier)
         if np.isfinite(shares["K_gamma"]):
             most = str(shares["planet"].values[int(shares["mean_share"].argmax("planet"))])
             factor = f"K_γ {float(shares['K_gamma']):.4g}"
@@ -215,7 +215,8 @@ def _torques(data: xr.Dataset) -> dict[str, float]:
 
 def _phases(data: xr.Dataset, of_set: SetData) -> Table:
     """Phases of the meshes and mean shares of each planet."""
-    at_sun, at_ring = (planet_shares(data, member=name)["mean_share"].values for name in (of_set.sun, of_set.ring))
+    sharing = [planet_shares(data, member=name, carrier=of_set.carrier) for name in (of_set.sun, of_set.ring)]
+    at_sun, at_ring = (shares["mean_share"].values for shares in sharing)
     columns = zip(of_set.planets, of_set.angles, of_set.sun_phases, of_set.ring_phases, at_sun, at_ring, strict=True)
     rows = []
     for planet, angle, sun, ring, *shares in columns:
@@ -289,7 +290,7 @@ def _phase_figure(of_set: SetData) -> Figure:
 def _share_figure(data: xr.Dataset, of_set: SetData) -> Figure:
     drawing = _wide(2)
     for ax, member in zip(drawing.axes, (of_set.sun, of_set.ring), strict=True):
-        plot_planet_shares(planet_shares(data, member=member), ax)
+        plot_planet_shares(planet_shares(data, member=member, carrier=of_set.carrier), ax)
     return embedded(drawing, "Shares of the planets in the mesh forces, and mesh load factor.")
 
 

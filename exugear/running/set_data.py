@@ -71,14 +71,16 @@ def _set_of(data: xr.Dataset, carrier: str, at_sun: dict, at_ring: dict) -> SetD
 
 
 def set_of_run(data: xr.Dataset, argument: str, name: str | None) -> SetData:
-    """The set of a run of which a shaft is sun, ring, carrier or planet; without a name the only one."""
+    """The set of a run of which a shaft is the ring, or else sun, carrier or planet; without a name the only one."""
     sets = planetary_sets(data)
     require(bool(sets), "run must be of a gearbox with a planetary set of one sun and one ring, this one has none")
     if name is None:
         several = f"{argument} must name a shaft of one of the sets on the carriers {[x.carrier for x in sets]}"
         require(len(sets) == 1, several)
         return sets[0]
-    of_name = [x for x in sets if name in (x.sun, x.ring, x.carrier, *x.planets)]
     members = [shaft for x in sets for shaft in (x.sun, x.ring, x.carrier, *x.planets)]
-    require(bool(of_name), f"{argument} must be a shaft of a set, one of {members}, got {name!r}")
+    require(name in members, f"{argument} must be a shaft of a set, one of {members}, got {name!r}")
+    of_name = [x for x in sets if name == x.ring] or [x for x in sets if name in (x.sun, x.carrier, *x.planets)]
+    several = f"{name!r} belongs to the sets on the carriers {[x.carrier for x in of_name]}; name another shaft of one"
+    require(len(of_name) == 1, f"{argument} must tell one set: {several}")
     return of_name[0]

@@ -215,6 +215,9 @@ def _meshes_of_ring(data: xr.Dataset, ring: str | None) -> list[RingMesh]:
     chosen = rings[0] if ring is None else ring
     require(chosen in rings, f"ring must be one of {rings}, got {ring!r}")
     stages = [label for label, member in of_rings.items() if member == chosen]
+    carriers = list(dict.fromkeys(data.attrs.get(f"{label}_carrier") for label in stages))
+    several = f"ring {chosen!r} meshes with planets of the carriers {carriers}, a sensor counts the turns of one"
+    require(len(carriers) == 1, f"{several}; take exugear.force_seen_from_ring(run, ring=...) with a planet's name")
     older = "run is of an older version, without the phases of its meshes in the reference configuration; run it again"
     require(f"{stages[0]}_phase" in data.attrs, older)
     return [_mesh(data, label, chosen) for label in stages]

@@ -23,7 +23,10 @@ class Density:
     teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
     rim_power               above 1: rim elements are smaller beside the root, as root stress needs
     tip_power               above 1: flank elements are smaller towards the tip; None: 1.5, of internal gears 1.75, and
-                            2.25 of both gears in maps of internal pairs, whose tip corners carry load for longer
+                            2.25 of both gears in maps of internal pairs, whose tip corners carry load for longer. On
+                            the 1.5 of maps of external pairs te is up to 0.3 % of its mean off while teeth take over,
+                            0.6 % with few teeth under heavy load (z 20/33); 2.25 gives 0.15 and 0.4 %, and helical
+                            pairs 2 % less peak to peak
     edges                   roll lengths on the flank [m], increasing, with a node at each, smaller elements beside it
                             and thin layers below; None: none, except that `fem.nonlinear` and `fem.dynamic` take those
                             where reliefs begin

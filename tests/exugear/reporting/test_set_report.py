@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from coupled_sets import ravigneaux
+from coupled_sets import ravigneaux, simpson
 from planetary_boxes import SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
 from report_pages import table
 
@@ -62,6 +62,25 @@ def test_a_stage_behind_the_carrier_and_other_gearboxes_have_their_own_sections(
     alone = exugear.run_up(exugear.build(pair), speed=50.0, load=100.0, duration=1e-3, **OPTIONS)
     (path,) = exugear.report(alone, tmp_path / "pair.html")
     assert "Planetary set" not in path.read_text(encoding="utf-8")
+
+
+def test_sets_that_share_their_sun_have_a_page_each_with_their_own_shares(tmp_path):
+    """Simpson: planets of both carriers mesh with the sun; the ring of the rear set carries those of the front."""
+    box = exugear.Gearbox(simpson(), driving="front ring", held="rear carrier", driven="out")
+    run = exugear.run_up(exugear.build(box), speed=50.0, load=300.0, duration=2e-3, **OPTIONS)
+    page = exugear.report(run, tmp_path / "set.html")[0].read_text(encoding="utf-8")
+    for carrier, name in (("out", "front"), ("rear carrier", "rear")):
+        (section,) = re.findall(rf"<h2>\d+ Planetary set on {carrier}</h2>.*?</section>", page, re.DOTALL)
+        phases = table(section, "Phases of the meshes")
+        assert [row[0] for row in phases] == [f"{name} planet {k}" for k in (1, 2, 3)]
+        assert [float(row[4]) for row in phases] == pytest.approx([100 / 3] * 3, abs=0.1)
+    with pytest.raises(ValueError, match=r"'sun' meshes with planets of the carriers \['out', 'rear carrier'\], got"):
+        exugear.planet_shares(run)
+    front, rear = (exugear.planet_shares(run, member="sun", carrier=name) for name in ("out", "rear carrier"))
+    assert rear["planet"].values.tolist() == [row[0] for row in phases]
+    assert [float(shares["K_gamma"]) for shares in (front, rear)] == pytest.approx([1.0, 1.0], abs=1e-3)
+    heard = exugear.force_seen_from_ring(run, ring="out")
+    assert heard["speed"].attrs["long_name"] == "speed of the rear carrier relative to out"
 
 
 def test_a_ravigneaux_set_has_a_page_with_its_members_meshes_and_sharing(tmp_path):

@@ -158,6 +158,25 @@ def test_a_floating_sun_shares_the_load_of_a_displaced_pin(planets, floating):
     assert float(np.abs(table["share"].sum("planet") - 1.0).max()) < 1e-12
 
 
+@pytest.mark.parametrize("floating", [False, True])
+def test_six_planets_share_the_load_of_a_displaced_pin(floating):
+    """z 54/18/-90; the sun takes the mean of the errors, floating also what a displacement of it can: cos(psi_n)."""
+    sun, planet = (fem.Gear(z=z, m_n=3 * mm, b=25 * mm, d_bore=z * mm) for z in (54, 18))
+    pairs = {"sun_pair": fem.GearPair(sun, planet), "ring_pair": exugear.RingPair(planet, -90, a=-108 * mm)}
+    bearing = [exugear.Bearing(radial=1e4, axial=1e8, tilt=1e6)] if floating else []
+    shafts = {"sun": exugear.Shaft("sun", {0.0: [sun, *bearing]})}
+    shafts["ring"] = exugear.Shaft("ring", {0.0: pairs["ring_pair"].wheel}, inertia=0.05, mass=5.0)
+    late = [-10 * um] + [0.0] * 5
+    box = planetary_box(law=waving_law(amplitude=0.0), planets=6, pin=PIN, pin_errors=late, **pairs, **shafts)
+    data = exugear.run_up(exugear.build(box), speed=1.0, load=4000.0, duration=1e-4, progress=False, checks=0).data
+    forces, cosine = data["mesh_force"].values[:, 0].reshape(6, 2).sum(axis=1), cos(pairs["sun_pair"].alpha_wt)
+    x = 10 * um / (1 / (2 * 5e8 * cosine**2) + 1 / 1e8) / (forces.sum() * cosine)
+    left = np.eye(6)[0] - 1 / 6 - (np.cos(np.arange(6) * pi / 3) / 3 if floating else 0.0)
+    assert forces / forces.sum() == pytest.approx(1 / 6 + x * left, abs=5e-5)
+    assert left[0] == pytest.approx(3 / 6 if floating else 5 / 6)
+    assert float(exugear.planet_shares(data)["K_gamma"]) == pytest.approx(1 + 6 * x * left[0], abs=1e-3)
+
+
 def test_planar_sets_are_refused_where_they_are_not_built():
     box = planar_box()
     with pytest.raises(ValueError, match=r"planets .* turn on ideal pins; give the set elastic ones"):
