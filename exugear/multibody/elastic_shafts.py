@@ -277,8 +277,17 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     measured_by = spin, elastic.amplitude_rows
     nonlinear = nonlinear_bearings([(rows, bearing, spin) for rows, bearing in bearings])
     name, load = f"{elastic.shaft.name} shaft", elastic.constant_load
-    further = {"load": load, "nonlinear": nonlinear, "in_steps": built.in_steps}
-    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, **further)
+    return add_matrices(
+        mbs,
+        name,
+        nodes,
+        matrices,
+        measured_by,
+        recorder,
+        load=load,
+        nonlinear=nonlinear,
+        in_steps=built.in_steps,
+    )
 
 
 def add_matrices(
@@ -428,9 +437,9 @@ def elastic_kernel(n: int):
             forces[bearing.spin] += f[5]
         for k in range(shaft.meshes):
             in_step, acceleration = in_step_at(shaft.in_steps + IN_STEP_SIZE * k), 0.0
-            rows = carray(doubles_at(in_step.rows), 2 * n)
+            by_state = carray(doubles_at(in_step.rows), 2 * n)
             for i in range(2 * n):
-                acceleration += rows[i] * state[i]
+                acceleration += by_state[i] * state[i]
             doubles_at(in_step.acceleration)[0] = acceleration
         k = sample_of(recorder, t)
         if k >= 0:
