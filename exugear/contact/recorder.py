@@ -231,7 +231,8 @@ class BodyRecorder:
     """Samples of a shaft, a pin or an elastic shaft at t = 0, interval, ..., which its compiled kernel writes.
 
     names         of the quantities, in the order in which the kernel stores them
-    vector_size   of each quantity, as a vector in single precision; by default scalars in double precision
+    vector_size   of each quantity, as vectors (number, size) in single precision; by default scalars in double
+                  precision
     """
 
     names: tuple[str, ...]
@@ -242,7 +243,7 @@ class BodyRecorder:
     def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:
         """Allocate a number of samples, 0 until written; arguments as those of `Recorder.start`."""
         for name in self.names:
-            shape, kind = (number, np.float64) if self.vector_size is None else ((self.vector_size, number), np.float32)
+            shape, kind = (number, np.float64) if self.vector_size is None else ((number, self.vector_size), np.float32)
             self.samples[name] = np.zeros(shape, kind)
         self.header.interval, self.header.tolerance = interval, SAME / steps
         self.header.number, self.header.first = number, first

@@ -206,10 +206,15 @@ class ElasticShaft:
     def decoupled(self, of_body: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
         """(n, 5 + m) decoupled coordinates, from the motion (n, 5) of the first body and amplitudes (n, m).
 
-        All of them may be rates.
+        All of them may be rates. Each coordinate lies in one piece of memory.
         """
-        shapes = self.of_body(self.shaft.stations[0])[:, RIGID:]
-        return np.column_stack([of_body - amplitudes @ shapes.T, amplitudes])
+        shapes, coordinates = (
+            self.of_body(self.shaft.stations[0])[:, RIGID:],
+            np.empty((self.inertia.size, len(of_body))),
+        )
+        coordinates[RIGID:] = amplitudes.T
+        coordinates[:RIGID] = of_body.T - shapes @ coordinates[RIGID:]
+        return coordinates.T
 
     def of_first_body(self, decoupled: np.ndarray) -> np.ndarray:
         """(n, 5) motion of the first body by decoupled coordinates (n, 5 + m)."""

@@ -119,4 +119,4 @@ start_of: Any = intrinsic(_start_of)
 put_all: Any = intrinsic(_put_all)
 #: The function for kernels: (array, n) -> its n floats as a tuple.
 as_tuple: Any = ndarray.to_fixed_tuple
-doubles_at, floats_at = pointer_to(types.float64), pointer_to(types.float32)
+doubles_at, floats_at, integers_at = (pointer_to(kind) for kind in (types.float64, types.float32, types.int64))

@@ -39,7 +39,7 @@ from exugear.multibody.elastic_rings import (
 )
 from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, add_elastic_shaft, located
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
-from exugear.multibody.gear_contact import add_contact
+from exugear.multibody.gear_contact import add_contact, state_of
 from exugear.multibody.housing import add_housing
 from exugear.multibody.imposed_motion import AT_REST, imposed_motion
 from exugear.multibody.integrator_steps import contact_state
@@ -95,16 +95,26 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     numbers_of_stages = range(len(gearbox.stages))
     rings = {name: add_elastic_ring(mbs, ring) for name, ring in gearbox.elastic_rings.items()}
     in_meshes = [ring_in_mesh(rings, gearbox, number) for number in numbers_of_stages]
-    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, of_gears, in_meshes) for number in numbers_of_stages]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
     elastics = {
         name: add_elastic_shaft(
-            mbs, elastic, of_gears[name], rotors.get(elastic.shaft.end_name), positions_on(on_seats, elastic.shaft)
+            mbs,
+            elastic,
+            of_gears[name],
+            rotors.get(elastic.shaft.end_name),
+            sum(elastic.shaft in stage.shafts for stage in gearbox.stages),
+            positions_on(on_seats, elastic.shaft),
         )
         for name, elastic in scene.elastic.items()
     }
+    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, of_gears, in_meshes) for number in numbers_of_stages]
+    for stage, contact in zip(gearbox.stages, contacts, strict=True):
+        for side, shaft in enumerate((stage.fast, stage.slow)):
+            if shaft.name in elastics:
+                by_shafts = state_of(mbs, contact.number)["by_shafts"]
+                elastics[shaft.name].in_steps.read_by(contact.number, by_shafts[side:])
     add_housing(mbs, gearbox, scene, bodies, elastics)
     seats = add_moving_seats(mbs, gearbox, scene, bodies, elastics)
     end_markers = {

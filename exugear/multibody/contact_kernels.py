@@ -129,6 +129,7 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
         imposed_rate += steps.duration * turning * across
         by_bearings = row_dot(steps.by_displacement[0], q_1) + row_dot(steps.by_displacement[1], q_2)
         by_bearings = by_bearings + row_dot(steps.by_velocity[0], v_1) + row_dot(steps.by_velocity[1], v_2)
+        by_bearings = by_bearings + state.by_shafts[0] + state.by_shafts[1]
     lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2) + steps.lag * turning * turning * along
     held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     return Beside(imposed_rate, by_bearings, lag_rate, held)

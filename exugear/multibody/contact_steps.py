@@ -38,10 +38,34 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
         # The directions in which pins and bearings push turn with the carrier: the first guess leaves them out.
         return
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
+    of_system = np.zeros(mesh.row.size)
+    of_system[system.free] = accelerations
     for i, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+        if shaft.name in model.elastics:
+            _let_shaft_predict(model, mesh, shaft.name, of_system)
+            continue
         components = model.plan.shafts[shaft.name].components[:-1]
         by_displacement, by_velocity = (on_body(model, mesh.stage, shaft, forces) for forces in by_bearings)
         steps.by_displacement[i, components], steps.by_velocity[i, components] = by_displacement, by_velocity
+
+
+def _let_shaft_predict(model: Model, mesh: Mesh, name: str, accelerations: np.ndarray) -> None:
+    """Let the kernel of an elastic shaft compute what its own forces accelerate along the line of action of a mesh.
+
+    accelerations   (n,) of the coordinates of the system by a unit mesh force, in a step
+    """
+    built, mbs = model.elastics[name], model.bare_mbs
+    item, elastic = mbs.GetObject(built.number), built.elastic
+    stiffness, damping = (np.array(item[x].Convert2DenseMatrix()) for x in ("stiffnessMatrix", "dampingMatrix"))
+    if elastic.shaft.twist and elastic.end is not None:
+        ends = np.ix_(*[[elastic.turning[0], elastic.end]] * 2)
+        between = np.array([[1.0, -1.0], [-1.0, 1.0]])
+        stiffness[ends] += elastic.shaft.twist.torsion * between
+        damping[ends] += elastic.shaft.twist.damping * between
+    by_shaft = accelerations[built.indices]
+    built.in_steps.rows[built.in_steps.contacts.index(mesh.contact)] = -np.concatenate(
+        [by_shaft @ stiffness, by_shaft @ damping]
+    )
 
 
 @contextmanager

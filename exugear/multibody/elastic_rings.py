@@ -32,7 +32,7 @@ class BuiltRing:
 
     def motion(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """(number, m) first recorded amplitudes and their rates."""
-        amplitudes, rates = (self.recorder[name][:, :number].T.astype(float) for name in self.recorder.names)
+        amplitudes, rates = (self.recorder[name][:number].astype(float) for name in self.recorder.names)
         return amplitudes, rates
 
 

@@ -29,6 +29,7 @@ from exugear.mesh_force.kernel_records import (
     as_tuple,
     doubles_at,
     floats_at,
+    integers_at,
     put_all,
     reader,
     record_type,
@@ -43,17 +44,46 @@ from exugear.rolling_bearings.law import FAR as FAR_FROM_CENTRE
 from exugear.rolling_bearings.law import law_at
 from fem.support.numba_cache import compiled, kept
 
-#: Number of elastic coordinates, index of the spin, number of nonlinear bearings; addresses of the gyroscopic matrix
-#: (n, n), 0 without, of the rows (elastic, n) that measure the elastic coordinates, of room for coordinates and
-#: velocities (2 n) and for forces (n), and of the `BEARING` records.
+#: Number of elastic coordinates, index of the spin, number of nonlinear bearings, number of meshes; addresses of the
+#: gyroscopic matrix (n, n), 0 without, of the rows that measure the elastic coordinates, compressed: first entry of
+#: each row (elastic + 1), columns and values of the entries; of room for coordinates and velocities (2 n) and for
+#: forces (n), of the `BEARING` records, and of the `IN_STEP` records.
 ELASTIC = record_type(
-    *((name, "i8") for name in ("elastic", "spin", "number", "polar", "rows", "state", "forces", "bearings"))
+    *((name, "i8") for name in ("elastic", "spin", "number", "meshes", "polar", "starts", "columns", "values")),
+    *((name, "i8") for name in ("state", "forces", "bearings", "in_steps")),
 )
+#: A mesh of the shaft in the steps of an integrator: addresses of the accelerations (2 n) along its line of action by
+#: coordinates and velocities of the shaft [1/s^2, 1/s], and of their sum [m/s^2], which its contact reads.
+IN_STEP = record_type(*((name, "i8") for name in ("rows", "acceleration")))
 #: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `BEARING_STEPS`, and of the rows (5, n) that
 #: measure the motion at the bearing; index of the spin with which its cage rolls.
 BEARING = record_type(*((name, "i8") for name in ("radial", "law", "steps", "rows", "spin")))
-elastic_at, bearing_at = reader(ELASTIC), reader(BEARING)
-BEARING_SIZE = BEARING.itemsize
+elastic_at, bearing_at, in_step_at = reader(ELASTIC), reader(BEARING), reader(IN_STEP)
+BEARING_SIZE, IN_STEP_SIZE = BEARING.itemsize, IN_STEP.itemsize
+
+
+class MeshesInSteps:
+    """What contacts learn of an elastic shaft in the steps of an integrator: its kernel computes accelerations.
+
+    Elastic forces change the acceleration along the line of action as much as the mesh force does. By their change in a
+    step, which the kernel takes from all coordinates of the shaft, the contact's first guess ends Newton's iteration.
+
+    rows       (n_mesh, 2 n) accelerations along the line of action by coordinates and velocities [1/s^2, 1/s]
+    records    (n_mesh,) `IN_STEP`
+    contacts   object numbers of the contacts that read them
+    """
+
+    def __init__(self, meshes: int, n: int):
+        self.rows, self.records = np.zeros((meshes, 2 * n)), np.zeros(meshes, IN_STEP)
+        self.unread, self.contacts = np.zeros(1), list[int]()
+        self.records["acceleration"] = self.unread.ctypes.data
+        for record, row in zip(self.records, self.rows, strict=True):
+            record["rows"] = row.ctypes.data
+
+    def read_by(self, contact: int, acceleration: np.ndarray) -> None:
+        """Let the kernel write the acceleration along the line of action of a contact where that reads it."""
+        self.records[len(self.contacts)]["acceleration"] = acceleration.ctypes.data
+        self.contacts.append(contact)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +95,7 @@ class BuiltShaft:
     number     of the object with the matrices
     recorder   samples of the amplitudes and their rates
     indices    (size,) of its coordinates among those of the system
+    in_steps   of an integrator: what its meshes learn of it
     left_out   axial positions [m] of bearings that are no part of it
     """
 
@@ -73,11 +104,12 @@ class BuiltShaft:
     number: int
     recorder: BodyRecorder
     indices: np.ndarray
+    in_steps: MeshesInSteps
     left_out: Collection[float] = ()
 
     def motion(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """(number, elastic) first recorded amplitudes and their rates, of torsion last."""
-        amplitudes, rates = (self.recorder[name][:, :number].T for name in self.recorder.names)
+        amplitudes, rates = (self.recorder[name][:number] for name in self.recorder.names)
         return amplitudes, rates
 
     @property
@@ -167,17 +199,24 @@ def add_bodies_of_gears(mbs, pose: list[float], elastic: ElasticShaft) -> dict[f
 
 
 def add_elastic_shaft(
-    mbs, elastic: ElasticShaft, bodies: Mapping[float, int], end: int | None, on_moving_seats: Collection[float] = ()
+    mbs,
+    elastic: ElasticShaft,
+    bodies: Mapping[float, int],
+    end: int | None,
+    meshes: int,
+    on_moving_seats: Collection[float] = (),
 ) -> BuiltShaft:
     """Add matrices and bearings of an elastic shaft to the bodies of its gears and to the rotor of its end, if any.
 
+    meshes            number of the meshes of its gears, whose contacts must be added later
     on_moving_seats   axial positions [m] of bearings that are left out (`exugear.multibody.moving_seats`)
     """
     nodes = [node_of(mbs, body) for body in [*bodies.values(), *([] if end is None else [end])]]
     if elastic.further:
         nodes.append(further_node(mbs, f"{elastic.shaft.name} shapes", elastic.further))
     recorder = BodyRecorder(("amplitudes", "rates"), vector_size=len(elastic.amplitude_rows))
-    built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int), on_moving_seats)
+    in_steps = MeshesInSteps(meshes, elastic.size)
+    built = BuiltShaft(elastic, bodies, 0, recorder, np.zeros(0, int), in_steps, on_moving_seats)
     number = _add_matrices(mbs, nodes, built)
     for axial, unbalance in elastic.shaft.unbalances if elastic.spatial else ():
         add_unbalance(mbs, nodes, elastic.at_bearing(axial)[:2], int(elastic.turning[0]), unbalance)
@@ -238,7 +277,17 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     measured_by = spin, elastic.amplitude_rows
     nonlinear = nonlinear_bearings([(rows, bearing, spin) for rows, bearing in bearings])
     name, load = f"{elastic.shaft.name} shaft", elastic.constant_load
-    return add_matrices(mbs, name, nodes, matrices, measured_by, recorder, load=load, nonlinear=nonlinear)
+    return add_matrices(
+        mbs,
+        name,
+        nodes,
+        matrices,
+        measured_by,
+        recorder,
+        load=load,
+        nonlinear=nonlinear,
+        in_steps=built.in_steps,
+    )
 
 
 def add_matrices(
@@ -251,6 +300,7 @@ def add_matrices(
     *,
     load: np.ndarray | None = None,
     nonlinear: NonlinearBearings | None = None,
+    in_steps: MeshesInSteps | None = None,
 ) -> int:
     """Add an object with constant matrices on nodes, which records amplitudes; returns its number.
 
@@ -258,17 +308,23 @@ def add_matrices(
     measured_by   index of the coordinate whose rate is that speed, and rows (m, n) of the amplitudes
     load          (n,) constant forces
     nonlinear     bearings
+    in_steps      of an integrator: what meshes learn of an elastic shaft
     """
     (mass, stiffness, damping, polar), (spin, rows), n = matrices, measured_by, len(matrices[0])
     nonlinear = nonlinear or NonlinearBearings([], np.zeros(0, BEARING), [])
+    in_steps = in_steps or MeshesInSteps(0, n)
     room = np.zeros(2 * n), np.zeros(n)
     gyroscopic = np.zeros((n, n)) if polar is None else polar
-    arrays = np.ascontiguousarray(gyroscopic), np.ascontiguousarray(rows), *room
+    entries = rows != 0
+    of_rows = np.append(0, np.cumsum(entries.sum(axis=1))), np.nonzero(entries)[1].copy(), rows[entries]
+    arrays = np.ascontiguousarray(gyroscopic), *of_rows, *room
     record = np.zeros(1, ELASTIC)[0]
     record.elastic, record.spin, record.number = recorder.vector_size, spin, len(nonlinear.records)
-    record.polar, record.rows, record.state, record.forces = (array.ctypes.data for array in arrays)
+    for field, array in zip(("polar", "starts", "columns", "values", "state", "forces"), arrays, strict=True):
+        record[field] = array.ctypes.data
     record.polar = 0 if polar is None else record.polar
-    record.bearings = nonlinear.records.ctypes.data
+    record.bearings, record.in_steps = nonlinear.records.ctypes.data, in_steps.records.ctypes.data
+    record.meshes = len(in_steps.records)
     kernel, addresses = elastic_kernel(n), (address_of(record), address_of(recorder.header))
 
     def elastic_shaft(mbs, t, item, q, q_t):
@@ -296,7 +352,7 @@ def add_matrices(
     steps = [steps for *_, steps in nonlinear.bearings if steps is not None]
     mbs.variables[BEARINGS] = [*mbs.variables.get(BEARINGS, []), *steps]
     function = errors_kept(mbs, elastic_shaft) if nonlinear.bearings else elastic_shaft
-    kept_alive = arrays, recorder, nonlinear
+    kept_alive = arrays, recorder, nonlinear, in_steps
     item: Any = eii.ObjectGenericODE2(
         name=name,
         nodeNumbers=nodes,
@@ -379,16 +435,26 @@ def elastic_kernel(n: int):
                     rows[0, j] * f[0] + rows[1, j] * f[1] + rows[2, j] * f[2] + rows[3, j] * f[3] + rows[4, j] * f[4]
                 )
             forces[bearing.spin] += f[5]
+        for k in range(shaft.meshes):
+            in_step, acceleration = in_step_at(shaft.in_steps + IN_STEP_SIZE * k), 0.0
+            by_state = carray(doubles_at(in_step.rows), 2 * n)
+            for i in range(2 * n):
+                acceleration += by_state[i] * state[i]
+            doubles_at(in_step.acceleration)[0] = acceleration
         k = sample_of(recorder, t)
         if k >= 0:
-            header = header_at(recorder)
-            rows = carray(doubles_at(shaft.rows), (shaft.elastic, n))
-            for i in range(shaft.elastic):
+            header, m = header_at(recorder), shaft.elastic
+            starts, columns = carray(integers_at(shaft.starts), m + 1), integers_at(shaft.columns)
+            values = doubles_at(shaft.values)
+            for i in range(m):
                 amplitude, rate = 0.0, 0.0
-                for j in range(n):
-                    amplitude, rate = amplitude + rows[i, j] * state[j], rate + rows[i, j] * state[n + j]
-                floats_at(header.samples[0])[i * header.number + k] = amplitude
-                floats_at(header.samples[1])[i * header.number + k] = rate
+                for p in range(starts[i], starts[i + 1]):
+                    amplitude, rate = (
+                        amplitude + values[p] * state[columns[p]],
+                        rate + values[p] * state[n + columns[p]],
+                    )
+                floats_at(header.samples[0])[m * k + i] = amplitude
+                floats_at(header.samples[1])[m * k + i] = rate
         return as_tuple(forces, n)
 
     return elastic_shaft

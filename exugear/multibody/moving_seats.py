@@ -65,7 +65,7 @@ class MovingSeats:
         """(number, m) first recorded coordinates of the housing and their rates."""
         if self.housing is None:
             return np.zeros((number, 0)), np.zeros((number, 0))
-        motion, rates = (self.recorder[name][:, :number].T.astype(float) for name in self.recorder.names)
+        motion, rates = (self.recorder[name][:number].astype(float) for name in self.recorder.names)
         return motion, rates
 
 

@@ -155,10 +155,13 @@ class InBearings:
 Motions = Mapping[str, tuple[Shaft, np.ndarray, np.ndarray]]
 
 
-def motion_in_bearings(model: Model) -> dict[str, InBearings]:
-    """Shafts on bearings by name, with their recorded motion against the seats, as in `motions_on_bearings`."""
+def motion_in_bearings(model: Model, on_bearings: Motions) -> dict[str, InBearings]:
+    """Shafts on bearings by name, with their recorded motion against the seats.
+
+    on_bearings   their motions, `motions_on_bearings`
+    """
     of_housing = model.seats.motion(model.meshes[0].recorder.deflection.size) if model.seats else None
-    return against_seats(model, motions_on_bearings(model), of_housing)
+    return against_seats(model, on_bearings, of_housing)
 
 
 def against_seats(
@@ -232,17 +235,22 @@ class BearingForces:
         counts = [len(shaft.bearings) for shaft in self.model.gearbox.shafts if kinds[shaft.name].on_bearings]
         return np.zeros((sum(counts), 5 if self.moments else 3, self.samples))
 
-    @one_thread()
     def extend(self, number: int) -> None:
         """Compute the forces up to a number of samples."""
+        on_bearings = motions_on_bearings(self.model)
+        self._extend(number, on_bearings, motion_in_bearings(self.model, on_bearings))
+
+    @one_thread()
+    def _extend(self, number: int, on_bearings: Motions, in_bearings: Mapping[str, InBearings]) -> None:
+        """`extend` by the recorded motions on the bearings and against the seats."""
         new, last = slice(self.computed, number), 0
-        for moved in motion_in_bearings(self.model).values():
+        for moved in in_bearings.values():
             first, last = last, last + len(moved.shaft.bearings)
             spin = spin_of_cages(self.model, moved.shaft)
             spin = None if spin is None else spin[new]
             motion = moved.q[new], moved.q_t[new]
             bearing_forces(moved.shaft, *motion, self.values[first:last, :, new], moved.measured, spin)
-        motions = {x: (shaft, q[new], q_t[new]) for x, (shaft, q, q_t) in motions_on_bearings(self.model).items()}
+        motions = {x: (shaft, q[new], q_t[new]) for x, (shaft, q, q_t) in on_bearings.items()}
         replace_forces_on_seats(self.model, motions, self.values[:, :, new])
         self.computed = number
 
@@ -251,10 +259,11 @@ class BearingForces:
 
         displacement   whether the displacements of the shafts at their bearings are computed too
         """
-        motions = motion_in_bearings(self.model)
-        if not motions:
+        on_bearings = motions_on_bearings(self.model)
+        if not on_bearings:
             return {}
-        self.extend(number)
+        motions = motion_in_bearings(self.model, on_bearings)
+        self._extend(number, on_bearings, motions)
         labels = [f"{name} at {axial / mm:g} mm" for name, moved in motions.items() for axial in moved.shaft.bearings]
         over, about = ("bearing", "direction", "time"), {"units": "N", "long_name": "force of the bearing on its shaft"}
         data: dict[str, Any] = {"bearing_force": (over, self.values[:, :3, :number], about)}

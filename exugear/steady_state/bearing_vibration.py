@@ -22,7 +22,7 @@ DIRECTIONS = "x", "y", "z"
 def bearing_vibration(model: Model, reduction: Reduction, branches: list[Branch]) -> dict[str, Any]:
     """Variables of `steady_states`: rms of the vibration of bearing forces over (point, bearing, direction).
 
-    Raises ValueError where no shaft stands on bearings, for elastic shafts, and for sets on pins, whose frame turns.
+    Raises ValueError where no shaft stands on bearings, and for sets on pins, whose frame turns.
     """
     require(not model.pins, "bearing_forces must be False for planets on pins, which are seen in a frame that turns")
     kinds = model.plan.shafts
@@ -49,8 +49,7 @@ def _rms(model: Model, reduction: Reduction, shafts: list, branch: Branch, point
     turns = 2j * pi * np.fft.rfftfreq(len(motion), 1 / len(motion))[:, None] / period
     rate = np.fft.irfft(turns * np.fft.rfft(motion, axis=0), len(motion), axis=0)
     q = reduction.coordinates + motion
-    moving = {shaft.name: _moving(model, shaft.name) for shaft in shafts}
-    motions = {shaft.name: (shaft, q[:, moving[shaft.name]], rate[:, moving[shaft.name]]) for shaft in shafts}
+    motions = {shaft.name: (shaft, *(_motion(model, shaft.name, x) for x in (q, rate))) for shaft in shafts}
     of_housing = (q[:, model.seats.of_housing], rate[:, model.seats.of_housing]) if model.seats else None
     forces = np.zeros((sum(len(shaft.bearings) for shaft in shafts), 3, len(motion)))
     last = 0
@@ -61,9 +60,9 @@ def _rms(model: Model, reduction: Reduction, shafts: list, branch: Branch, point
     return forces.std(axis=2)
 
 
-def _moving(model: Model, name: str) -> np.ndarray:
-    """Indices of the coordinates that move the axis of a shaft; of an elastic one also those that bend it."""
-    kind, spin = model.plan.shafts[name], model.spins[name]
-    built = model.elastics.get(name)
-    require(built is None, f"bearing_forces must be False for elastic shafts ({name}); take exugear.run_up for them")
-    return np.arange(spin - kind.spin_index, spin)
+def _motion(model: Model, name: str, q: np.ndarray) -> np.ndarray:
+    """(n, k) motion of a shaft on its bearings, as in `bearing_forces`, by the coordinates of the system (n, m)."""
+    if built := model.elastics.get(name):
+        return q[:, built.indices[built.elastic.moving]] @ built.elastic.from_moving.T
+    spin = model.spins[name]
+    return q[:, spin - model.plan.shafts[name].spin_index : spin]

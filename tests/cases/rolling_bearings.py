@@ -3,8 +3,10 @@
 from collections.abc import Iterator
 
 import numpy as np
+import scipy
 
 from exugear import RollingBearing
+from exugear.rolling_bearings.rows import BallRow, RollerRow
 from fem.units import deg, mm, um
 
 GROOVE = {"Z": 7, "D_w": 11.5 * mm, "D_pw": 43.5 * mm, "r_i": 0.52 * 11.5 * mm, "r_e": 0.53 * 11.5 * mm, "C": 23.4e3}
@@ -67,3 +69,54 @@ def random_bearings(number: int) -> Iterator[tuple[RollingBearing, np.ndarray]]:
             bearing = RollingBearing.needle(**size, L_we=length, clearance=play)
             share[2:] = 0
         yield bearing, share * bearing.C * np.array([1, 1, 1, size["D_pw"] / 2, size["D_pw"] / 2])
+
+
+def any_load(bearing: RollingBearing, draw: np.random.Generator) -> np.ndarray:
+    """A load (5,) on a bearing in any direction [N, N m], carried or not; half of those on cylinders are not axial."""
+    row = bearing.rows[0]
+    arms = np.array([1, 1, 1, row.R, row.R])
+    load = draw.uniform(0.001, 0.1) * np.clip(draw.normal(size=5), -1.5, 1.5) * bearing.C * arms
+    if isinstance(row, RollerRow) and draw.integers(2):
+        load[2], load[3:] = 0.0, load[3:] * draw.uniform(0, 1) * row.L_we / row.R
+    return load
+
+
+def forces_of_elements(row: BallRow | RollerRow) -> np.ndarray:
+    """(5, n) forces on the shaft by single elements of a row, of whose sums >= 0 all that it can carry consist.
+
+    Cylinders are pressed at an end. Balls are pressed at a tenth of their contact angle, or axially.
+    """
+    psi = 2 * np.pi * np.arange(row.Z) / row.Z
+    c, s, none = np.cos(psi), np.sin(psi), np.zeros(row.Z)
+    if isinstance(row, RollerRow):
+        return np.hstack([np.array([c, s, none, -x * s, x * c]) for x in row.slices[[0, -1]]])
+    least = np.arcsin(0.1 * np.sin(row.alpha))
+    angles = [row.direction * angle for angle in (least, np.pi / 2)]
+    axial = [np.sin(angle) + none for angle in angles]
+    radial = [np.cos(angle) for angle in angles]
+    return np.hstack(
+        [np.array([r * c, r * s, a, row.R * a * s, -row.R * a * c]) for r, a in zip(radial, axial, strict=True)]
+    )
+
+
+def ball_forces_by_energy(row: BallRow, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(Z,) forces of balls [N] under a load (5,), and sines of their contact angles, by minimising their energy."""
+    psi = 2 * np.pi * np.arange(row.Z) / row.Z
+    c, s, arms = np.cos(psi), np.sin(psi), np.array([1, 1, 1, row.R, row.R])
+    unit = row.A / 100
+
+    def of_balls(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        q = unit * x / arms
+        radial = row.A * np.cos(row.alpha) + q[0] * c + q[1] * s
+        axial = row.A * np.sin(row.alpha) + row.direction * (q[2] + row.R * (q[3] * s - q[4] * c))
+        distance = np.hypot(radial, axial)
+        return np.maximum(distance - row.A, 0.0), axial / distance
+
+    scale = np.linalg.norm(load / arms) * unit
+
+    def potential(x: np.ndarray) -> float:
+        return (0.4 * row.stiffness * (of_balls(x)[0] ** 2.5).sum() - load @ (unit * x / arms)) / scale
+
+    least = scipy.optimize.minimize(potential, load / arms / np.linalg.norm(load / arms), tol=1e-12)
+    approach, sines = of_balls(least.x)
+    return row.stiffness * approach**1.5, sines

@@ -1,11 +1,24 @@
 """Displacement, stiffness and loads of rolling bearings: published numbers, closed forms, symmetry, convexity."""
 
 import pickle
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from rolling_bearings import ANGULAR, ROLLER, TAPERED, deep_groove, every_kind, random_bearings, random_displacements
+import scipy
+from rolling_bearings import (
+    ANGULAR,
+    ROLLER,
+    TAPERED,
+    any_load,
+    ball_forces_by_energy,
+    deep_groove,
+    every_kind,
+    forces_of_elements,
+    random_bearings,
+    random_displacements,
+)
 
 from exugear import RollingBearing
 from exugear.rolling_bearings.law import response
@@ -97,6 +110,33 @@ def test_a_thousand_bearings_find_their_displacements():
     for bearing, force in random_bearings(1000):
         loaded = bearing.under(force)
         assert loaded.force == pytest.approx(force, rel=1e-6, abs=1e-6 * np.abs(force).max())
+
+
+@pytest.mark.slow
+def test_of_a_thousand_loads_in_any_direction_those_are_refused_that_no_elements_can_carry():
+    """A load is carried if it is a sum of forces >= 0 of elements (Farkas: else a displacement frees them all).
+
+    Of angular contact bearings alone some loads are such sums, but not with the forces that the balls then have: in the
+    only equilibrium one of them presses with less than a tenth of its contact angle.
+    """
+    draw, counts = np.random.default_rng(1), Counter()
+    for bearing, _ in random_bearings(1000):
+        load, row = any_load(bearing, draw), bearing.rows[0]
+        try:
+            loaded = bearing.under(load)
+        except ValueError as error:
+            assert len(bearing.rows) == 1 and ("not carried" in str(error) or "apart; press them" in str(error))
+            scale = 1 / np.array([1, 1, 1, row.R, row.R])
+            forces = forces_of_elements(row) * scale[:, None]
+            _, missing = scipy.optimize.nnls(forces, load * scale)
+            counts["no sum" if missing > 1e-3 * np.linalg.norm(load * scale) else "apart"] += 1
+            if missing <= 1e-3 * np.linalg.norm(load * scale):
+                pressing, sines = ball_forces_by_energy(row, load)
+                assert sines[pressing > 0].min() < 0.1 * np.sin(row.alpha)
+        else:
+            assert loaded.force == pytest.approx(load, rel=1e-6, abs=1e-6 * np.abs(load).max())
+            counts["carried"] += 1
+    assert counts["carried"] > 600 and counts["no sum"] > 250 and 0 < counts["apart"] < 20
 
 
 def test_a_bearing_that_has_moved_to_another_process_has_its_own_law():

@@ -4,6 +4,7 @@ from time import process_time
 
 import numpy as np
 import pytest
+from elastic_boxes import elastic_box
 from paper_gears import paper_gear
 from scenes import smooth_box, smooth_map
 from settled_runs import LOAD, TOP, compare
@@ -218,9 +219,10 @@ def test_branches_that_leave_the_map_are_returned_up_to_there():
 
 
 @pytest.mark.slow
-def test_bearing_forces_vibrate_as_in_a_settled_run():
+@pytest.mark.parametrize("shafts", ["rigid", "elastic"])
+def test_bearing_forces_vibrate_as_in_a_settled_run(shafts):
     parts = {0 * mm: BALL, 60 * mm: BALL}
-    model = exugear.build(smooth_box(parts=parts))
+    model = exugear.build(elastic_box() if shafts == "elastic" else smooth_box(parts=parts))
     speed = (1000 * rpm, 1100 * rpm)
     states = exugear.steady_states(model, speed=speed, load=LOAD, bearing_forces=True, progress=False)
     point = int(np.flatnonzero(states["stable"].values)[0])
