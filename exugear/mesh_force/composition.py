@@ -86,8 +86,15 @@ PAIR = record_type(
 #: Newton's method ends where a step is this share of the deflection of each tooth pair, of which the square is left: a
 #: last step then changes the loads linearly.
 SMALL, STEPS = 0.1, 40
+#: Whole steps, which all but some states of light loads and unlike leads converge in; the others change between two
+#: states for ever, and take smaller and smaller shares from then on.
+WHOLE = 8.0
 #: Least penetration of which that share is taken, over the largest one.
 LIGHT = 1e-3
+#: A step that would take the load off a tooth pair with increments leaves it this share of its penetration, unless that
+#: is below a share of the largest one: the compliance of a narrow contact grows without bound as its load falls, so
+#: that Newton's method steps beyond, to no load, and back for ever.
+KEPT, PARTED = 0.1, 1e-6
 #: Least slope of what a tooth pair deflects by what it would deflect alone, as of tooth pairs that hardly touch beside
 #: heavily loaded ones.
 LEAST_SLOPE = 0.1
@@ -273,24 +280,28 @@ def alone(single, block, pair, lever, penetration):
 def solve(teeth, single, block, lever, n, pairs):
     """Find deflections of n tooth pairs that touch, by Newton's method."""
     write_couplings(teeth, n, pairs)
-    step(teeth, lever, n, pairs)
-    for _ in range(STEPS):
+    step(teeth, lever, n, 1.0, pairs)
+    for i in range(STEPS):
         for p in range(n):
             write_load(teeth, single, block, lever, pairs[p])
-        if step(teeth, lever, n, pairs):
+        if step(teeth, lever, n, 1.0 if i < WHOLE else WHOLE / i, pairs):
             break
 
 
 @compiled
-def step(teeth, lever, n, pairs):
-    """Take a step of Newton's method; whether it is small for each tooth pair."""
+def step(teeth, lever, n, share, pairs):
+    """Take a share of a step of Newton's method; whether the whole is small for each tooth pair."""
     write_system(teeth, lever, n, pairs)
     solve_in_place(n, 1, pairs)
     small = True
     for p in range(n):
         pair = pairs[p]
-        small = small and abs(pair.right[0]) <= SMALL * max(abs(pair.x - pair.unloaded), LIGHT * pair.largest)
-        pair.x = min(pair.x - pair.right[0], pair.largest_x)
+        penetration, next_x = pair.x - pair.unloaded, min(pair.x - share * pair.right[0], pair.largest_x)
+        least = (LIGHT if pair.varies == 0 else PARTED) * pair.largest
+        small = small and abs(pair.right[0]) <= SMALL * max(abs(penetration), least)
+        if pair.varies != 0 and next_x < pair.unloaded and penetration > PARTED * pair.largest:
+            next_x, small = pair.unloaded + KEPT * penetration, False
+        pair.x = next_x
     return small
 
 
