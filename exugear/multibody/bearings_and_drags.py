@@ -215,13 +215,10 @@ def drag_functions(shaft: Shaft, n: int):
 
     The Jacobian is the slope over the speed: the change of a load with the displacement, by friction, is negligible.
     """
-    nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
-    laws = {
-        axial: bearing.record_of_runs(axial - shaft.centre)
-        if has_rolling_law(bearing)
-        else radial_record(bearing, axial - shaft.centre)
-        for axial, bearing in nonlinear.items()
-    }
+    bearings = shaft.bearings.items()
+    laws: dict[float, np.record | LawRecord] = {}
+    laws |= {axial: x.record_of_runs(axial - shaft.centre) for axial, x in bearings if has_rolling_law(x)}
+    laws |= {axial: radial_record(x, axial - shaft.centre) for axial, x in bearings if has_radial_law(x)}
     record, kernel = drag_record(shaft, laws), drag_kernel(n)
     address = address_of(record)
 
