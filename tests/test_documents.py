@@ -1,5 +1,6 @@
 """The documents: their code runs, their commands are those of CI, their pictures are small, the API pages build."""
 
+import ast
 import contextlib
 import importlib.util
 import io
@@ -157,6 +158,15 @@ def test_links_lead_to_files_and_headings(document):
             else []
         )
         assert not anchor or anchor in [heading.replace(" ", "-") for heading in headings], target
+
+
+def test_walk_from_a_run_to_the_involute_names_functions_that_stand_there():
+    rooms = re.findall(r"^\| `([\w/]+\.py)` \| `([\w.]+)` \|", text(EXUGEAR), re.MULTILINE)
+    assert 8 < len(rooms) <= 12
+    for room, function in rooms:
+        path = ROOT / room if room.startswith("fem/") else ROOT / "exugear" / room
+        definitions = {n.name for n in ast.walk(ast.parse(text(path))) if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+        assert {*function.split(".")} <= definitions, (room, function)
 
 
 def test_commands_of_measured_numbers_name_what_there_is():

@@ -11,7 +11,7 @@ from exugear.exchange.rexs_reading import Account
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.shaft import Disc, Shaft
+from exugear.gearbox.shaft import Disc, Shaft, parts_of
 from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
 from exugear.operation.load_spectrum import LoadCase
@@ -123,7 +123,7 @@ class _Writing:
             self._stage(stage, gearbox.shaft_positions)
 
     def _shaft(self, shaft: Shaft, position: tuple[float, float], *, drives: bool) -> None:
-        begin = min(axial - getattr(part, "b", 0.0) / 2 for axial, part in _parts(shaft))
+        begin = min(axial - getattr(part, "b", 0.0) / 2 for axial, part in parts_of(shaft))
         begin = shaft.start if shaft.sections else begin
         id = self._component(
             "shaft", shaft.name, **_placed(np.array([begin, *position])), defines_speed=(drives, "none")
@@ -132,7 +132,7 @@ class _Writing:
         self.begins[shaft.name] = begin
         self._relation("assembly", assembly=self.unit, part=id)
         self._sections(shaft, id)
-        for axial, part in _parts(shaft):
+        for axial, part in parts_of(shaft):
             at, where = np.array([axial, *position]), f"{shaft.name} at {axial / mm:g} mm"
             if isinstance(part, Gear):
                 self.gears[shaft.name, axial] = self._gear(part, at, axial - begin, where, id)
@@ -334,13 +334,6 @@ class _Writing:
     def _of_case(self, element: ElementTree.Element, id: str, **attributes: Value) -> None:
         given = dict(self.components[int(id) - 1].attrib)
         _add(ElementTree.SubElement(element, "component", given), attributes)
-
-
-def _parts(shaft: Shaft):
-    """Axial positions and parts of a shaft, each alone."""
-    for axial, part in shaft.parts.items():
-        for each in part if isinstance(part, tuple) else (part,):
-            yield axial, each
 
 
 def _placed(at: np.ndarray) -> dict[str, Value]:

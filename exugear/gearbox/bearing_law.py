@@ -7,6 +7,8 @@ it the secant. numpy and the compiled kernels call the same functions. Of rollin
 displacements and tilts (`exugear.rolling_bearings.law`), and the damping follows its Hessian.
 """
 
+from typing import TypeGuard
+
 import numpy as np
 
 from exugear.gearbox.bearing import Bearing, about_pole, radial_law, radial_points
@@ -17,6 +19,16 @@ from fem.support.numba_cache import compiled_or_not
 #: Number of samples whose Hessians are computed at once.
 BLOCK = 4096
 SMALLEST = float(np.finfo(float).tiny)
+
+
+def has_radial_law(bearing: Bearing | RollingBearing) -> TypeGuard[Bearing]:
+    """Whether the radial force of a bearing follows the points of its law: with a clearance or a table."""
+    return isinstance(bearing, Bearing) and not bearing.linear
+
+
+def has_rolling_law(bearing: Bearing | RollingBearing) -> TypeGuard[RollingBearing]:
+    """Whether the force of a bearing is that of its rolling elements: of a rolling bearing that is not linear."""
+    return isinstance(bearing, RollingBearing) and not bearing.linear
 
 
 @compiled_or_not
@@ -66,10 +78,10 @@ def radial_part(k: float | np.ndarray, lever: float) -> np.ndarray:
 
 def tangent_stiffness(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> np.ndarray:
     """(6, 6) Hessian of the potential about a pole, a distance lever [m] below, at its displacement q (6,)."""
-    if isinstance(bearing, RollingBearing) and not bearing.linear:
+    if has_rolling_law(bearing):
         return np.pad(response(bearing.law_of_runs, lever, q[None]).hessian[0], (0, 1))
     stiffness = linear_part(bearing, lever)
-    if isinstance(bearing, Bearing) and not bearing.linear:
+    if has_radial_law(bearing):
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         stiffness = stiffness + radial_part(np.array([[xx, xy], [xy, yy]]), lever)
     return stiffness
@@ -77,11 +89,11 @@ def tangent_stiffness(bearing: Bearing | RollingBearing, lever: float, q: np.nda
 
 def potential(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Energy [J], gradient (5,) and Hessian (5, 5) of a bearing at the displacement q (5,) [m, rad] of a pole."""
-    if isinstance(bearing, RollingBearing) and not bearing.linear:
+    if has_rolling_law(bearing):
         energies, gradients, hessians = response(bearing.law, lever, q[None])
         return float(energies[0]), gradients[0], hessians[0]
     gradient = linear_part(bearing, lever)[:5, :5] @ q
-    if isinstance(bearing, Bearing) and not bearing.linear:
+    if has_radial_law(bearing):
         _, (x, y), _ = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         gradient = gradient + np.array([x, y, 0.0, -lever * y, lever * x])
     return float(strain_energy(bearing, lever, q[None])[0]), gradient, tangent_stiffness(bearing, lever, q)[:5, :5]
@@ -92,17 +104,17 @@ def strain_energy(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray
 
     Of rolling bearings q may be (n, 6) with the spin of the shaft, with which cages roll; likewise below.
     """
-    if isinstance(bearing, RollingBearing) and not bearing.linear:
+    if has_rolling_law(bearing):
         return np.concatenate([response(bearing.law_of_runs, lever, part).energy for part in _blocks(q)])
     energy = 0.5 * np.einsum("ni,ij,nj->n", q, linear_part(bearing, lever)[:5, :5], q)
-    if isinstance(bearing, RollingBearing) or bearing.linear:
-        return energy
-    return energy + radial_potential(radial_points(bearing), *_radial_motion(lever, q))[0]
+    if has_radial_law(bearing):
+        energy = energy + radial_potential(radial_points(bearing), *_radial_motion(lever, q))[0]
+    return energy
 
 
 def dissipated_power(bearing: Bearing | RollingBearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
     """(n,) power [W] that the damping of a bearing dissipates, at displacements q (n, 5) and rates q_t of a pole."""
-    if isinstance(bearing, RollingBearing) and not bearing.linear:
+    if has_rolling_law(bearing):
         if not bearing.damping_time:
             return np.zeros(len(q))
         parts = zip(_blocks(q), _blocks(q_t), strict=True)
@@ -112,7 +124,7 @@ def dissipated_power(bearing: Bearing | RollingBearing, lever: float, q: np.ndar
         ]
         return bearing.damping_time * np.concatenate(powers)
     power = np.einsum("ni,ij,nj->n", q_t, linear_part(bearing, lever)[:5, :5], q_t)
-    if isinstance(bearing, Bearing) and not bearing.linear:
+    if has_radial_law(bearing):
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         u, v = _radial_motion(lever, q_t)
         power = power + xx * u * u + 2 * xy * u * v + yy * v * v

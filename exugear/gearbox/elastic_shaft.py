@@ -33,8 +33,7 @@ import numpy as np
 import scipy
 
 from exugear.gearbox.beam import Beam, twist_shapes
-from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.bearing_law import linear_part, radial_secant
+from exugear.gearbox.bearing_law import has_radial_law, linear_part, radial_secant
 from exugear.gearbox.modes_in_steps import additions_in_steps
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.shaft_loads import ExternalForce
@@ -318,7 +317,7 @@ class ElasticShaft:
         """
         bearings = {axial: (self.at_bearing(axial), bearing) for axial, bearing in self.shaft.bearings.items()}
         bearings = bearings if self.spatial else {}
-        nonlinear = {x: (rows, b) for x, (rows, b) in bearings.items() if isinstance(b, Bearing) and not b.linear}
+        nonlinear = {x: (rows, b) for x, (rows, b) in bearings.items() if has_radial_law(b)}
         linear = sum((rows.T @ linear_part(b, 0.0) @ rows for rows, b in bearings.values()), self.stiffness_matrix)
         secants = {axial: float(bearing.stiffness[0, 0]) for axial, (_, bearing) in nonlinear.items()}
         fixed = [int(self.turning[0]), *([] if self.end is None else [self.end])]

@@ -25,7 +25,7 @@ from exugear.gearbox.planetary_phases import (
     step_angles,
 )
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft
+from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft, parts_of
 from exugear.gearbox.stage import NEAR, Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
@@ -497,7 +497,9 @@ def shafts_of_planets(name: str, planets: list[Any], pins: list[Any], axial: flo
         bearings = f"planet {shaft.name!r} must have no bearings, got {len(shaft.bearings)}; pass them as pin="
         require(not shaft.bearings, bearings)
         pin = pin.on_pin() if isinstance(pin, RollingBearing) else pin
-        parts = {at: [*_group(part), *([pin] if pin and at == axial else [])] for at, part in shaft.parts.items()}
+        parts: dict[float, list] = {at: [] for at in shaft.parts}
+        for at, part in [*parts_of(shaft), *([(axial, pin)] if pin and axial in parts else [])]:
+            parts[at].append(part)
         keeps_name = keep_names and isinstance(planet, Shaft)
         shafts.append(replace(shaft, name=shaft.name if keeps_name else numbered, parts=parts))
     return shafts
@@ -508,10 +510,6 @@ def _with_gear_of(planet: Shaft, pair: Any, role: str, axial: float) -> Any:
     mapped = getattr(pair, role)
     gear = planet.gears.get(axial, mapped)
     return pair if gear == mapped or gear.z != mapped.z else replace(pair, **{role: gear})
-
-
-def _group(part) -> tuple:
-    return part if isinstance(part, tuple) else (part,)
 
 
 def _displaced(shaft: Shaft, angle: float, error: np.ndarray) -> Shaft:

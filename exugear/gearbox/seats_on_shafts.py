@@ -10,7 +10,7 @@ from exugear.gearbox.drag import AnyDrag
 from exugear.gearbox.gear_train import CLOSED
 from exugear.gearbox.housing import Housing, Seat, bearing_on, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft import Shaft, with_bearings
 from exugear.gearbox.stage import Stage
 from fem.support.validation import require, text_of
 
@@ -106,18 +106,9 @@ def drags_between(between: Mapping[Seat, Seat], shafts: Mapping[str, Shaft]) -> 
 
 def without_drags(shaft: Shaft, positions: Sequence[float]) -> Shaft:
     """A shaft whose bearings at axial positions [m] have no drag."""
-    braking = [x for x in positions if shaft.bearings[x].drag]
-    if not braking:
+    if not any(shaft.bearings[axial].drag for axial in positions):
         return shaft
-    parts: dict[float, Any] = dict(shaft.parts)
-    for axial in braking:
-        bearing: Any = shaft.bearings[axial]
-        parts[axial] = tuple(replace(bearing, drag=None) if x is bearing else x for x in _group(parts[axial]))
-    return replace(shaft, parts=parts)
-
-
-def _group(part: Any) -> tuple:
-    return tuple(part) if isinstance(part, tuple | list) else (part,)
+    return with_bearings(shaft, lambda axial, x: replace(x, drag=None) if axial in positions else x)
 
 
 def names_between(between: Mapping[Seat, Seat]) -> set[str]:

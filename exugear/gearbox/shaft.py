@@ -1,6 +1,6 @@
 """A shaft as data: the parts on it, its inertia, the support by its bearings, and its static displacement."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, isfinite, pi, sqrt
@@ -235,7 +235,8 @@ class Shaft:
     centre: float = field(init=False, repr=False)
 
     def __post_init__(self):
-        listed = {axial: tuple(x) if isinstance(x, list) else x for axial, x in sorted(self.parts.items())}
+        groups = {axial: x if isinstance(x, list | tuple) else (x,) for axial, x in sorted(self.parts.items())}
+        listed = {axial: group[0] if len(group) == 1 else tuple(group) for axial, group in groups.items()}
         object.__setattr__(self, "parts", listed)
         self._check_sections()
         self._check_parts()
@@ -279,11 +280,11 @@ class Shaft:
         drawn = self.name[0] != "_" and "$" not in self.name
         require(drawn, f"name of a shaft must not begin with _ or hold $, which plots cannot draw, got {self.name!r}")
         for kind in (Gear | Ring, Bearing | RollingBearing):
-            positions = [axial for axial, _ in self._parts_of(kind)]
+            positions = [axial for axial, _ in parts_of(self, kind)]
             of_kind = "Gear" if kind == Gear | Ring else "Bearing"
             twice = f"shaft {self.name!r} carries two of a kind at one position: {of_kind} at {positions} m"
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
-        unloaded = [axial for axial, drag in self._parts_of(BearingDrag | SkfDrag) if drag.needs_load]
+        unloaded = [axial for axial, drag in parts_of(self, BearingDrag | SkfDrag) if drag.needs_load]
         unknown = f"load of the BearingDrag at {unloaded} m of shaft {self.name!r} is not known; pass load=... [N]"
         require(not unloaded, f"{unknown}, or let an elastic Bearing carry it")
 
@@ -345,7 +346,7 @@ class Shaft:
     def _check_loads(self) -> None:
         """Require bearings that carry forces, unbalance and weight."""
         object.__setattr__(self, "gravity", gravity_of(f"shaft {self.name!r}", self.gravity))
-        acting = [type(part).__name__ for _, part in self._parts_of(Load)] + ["gravity"] * any(self.gravity)
+        acting = [type(part).__name__ for _, part in parts_of(self, Load)] + ["gravity"] * any(self.gravity)
         carried = f"shaft {self.name!r} has no bearings that carry its {', '.join(acting)}"
         require(bool(self.bearings) or not acting, f"{carried}; add a Bearing or RollingBearing to its parts")
 
@@ -354,31 +355,26 @@ class Shaft:
         if not self.gears:
             return
         largest = max(self.gears.values(), key=lambda gear: gear.r**2 * gear.b)
-        bodies = [blank(gear).mass for _, gear in self._parts_of(Gear)]
+        bodies = [blank(gear).mass for _, gear in parts_of(self, Gear)]
         for _, disc in self.discs if bodies else ():
             check_rotor_mass(disc.mass, sum(bodies))
         if self.coupling:
             check_torsion(self.coupling.torsion, 2 * abs(largest.r), largest.b)
 
-    def _parts_of(self, kind) -> list:
-        """All parts of a kind as (axial position [m], part), also where a list of parts shares a position."""
-        groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in self.parts.items())
-        return [(axial, part) for axial, group in groups for part in group if isinstance(part, kind)]
-
     @property
     def gears(self) -> dict[float, Gear | Ring]:
         """Axial position [m] -> gear."""
-        return dict(self._parts_of(Gear | Ring))
+        return dict(parts_of(self, Gear | Ring))
 
     @property
     def bearings(self) -> dict[float, Bearing | RollingBearing]:
         """Axial position [m] -> bearing."""
-        return dict(self._parts_of(Bearing | RollingBearing))
+        return dict(parts_of(self, Bearing | RollingBearing))
 
     @property
     def discs(self) -> list[tuple[float, Disc]]:
         """(axial position [m], disc) of each disc."""
-        return self._parts_of(Disc)
+        return parts_of(self, Disc)
 
     @property
     def bodies(self) -> list[tuple[float, Disc]]:
@@ -388,8 +384,8 @@ class Shaft:
     @property
     def beside_sections(self) -> list[tuple[float, Disc]]:
         """(axial position [m], body) of discs and gears; of gears on sections the material around these."""
-        rings = [(axial, ring_on(self.cylinders, axial, gear, self.name)) for axial, gear in self._parts_of(Gear)]
-        return self.discs + (rings if self.sections else [(x, blank(gear)) for x, gear in self._parts_of(Gear)])
+        rings = [(axial, ring_on(self.cylinders, axial, gear, self.name)) for axial, gear in parts_of(self, Gear)]
+        return self.discs + (rings if self.sections else [(x, blank(gear)) for x, gear in parts_of(self, Gear)])
 
     @property
     def cylinders(self) -> tuple[Section, ...]:
@@ -399,12 +395,12 @@ class Shaft:
     @property
     def forces(self) -> list[tuple[float, ExternalForce]]:
         """(axial position [m], force) of each external force."""
-        return self._parts_of(ExternalForce)
+        return parts_of(self, ExternalForce)
 
     @property
     def unbalances(self) -> list[tuple[float, Unbalance]]:
         """(axial position [m], unbalance) of each unbalance."""
-        return self._parts_of(Unbalance)
+        return parts_of(self, Unbalance)
 
     @property
     def constant_load(self) -> np.ndarray:
@@ -421,17 +417,17 @@ class Shaft:
     def drags(self) -> list[tuple[float, AnyDrag]]:
         """(axial position [m], drag) of each drag, first those of the bearings."""
         of_bearings = [(axial, bearing.drag) for axial, bearing in self.bearings.items() if bearing.drag]
-        return of_bearings + self._parts_of(AnyDrag)
+        return of_bearings + parts_of(self, AnyDrag)
 
     @property
     def torque_supports(self) -> list[TorqueSupport]:
         """The torsional springs between the shaft and the housing."""
-        return [support for _, support in self._parts_of(TorqueSupport)]
+        return [support for _, support in parts_of(self, TorqueSupport)]
 
     @property
     def coupling(self) -> Coupling | None:
         """The first coupling to an outside rotor; None without one."""
-        return next((part for _, part in self._parts_of(Coupling)), None)
+        return next((part for _, part in parts_of(self, Coupling)), None)
 
     @cached_property
     def rotors(self) -> tuple[Rotor, ...]:
@@ -440,7 +436,7 @@ class Shaft:
         Between the end and the gears the shaft is a torsional spring; the inertia of that piece is divided so that its
         lowest mode is exact where the end is held.
         """
-        couplings, name, end = self._parts_of(Coupling), self.end_name, self.twist
+        couplings, name, end = parts_of(self, Coupling), self.end_name, self.twist
         at_end = [bool(end) and abs(axial - self.end_position) < AT_END for axial, _ in couplings]
         on_bodies = [
             (name, part) if ends else (self.name, self._in_series(axial, part))
@@ -467,7 +463,7 @@ class Shaft:
         """Axial position [m] on which drive, load and couplings of an elastic shaft act (`torque_at`)."""
         if self.torque_at is not None:
             return self.torque_at
-        couplings = [axial for axial, _ in self._parts_of(Coupling)]
+        couplings = [axial for axial, _ in parts_of(self, Coupling)]
         if couplings:
             return couplings[0]
         gears = [*self.gears] or [self.centre]
@@ -565,6 +561,20 @@ class Shaft:
         return sum((bearing.at(axial - self.centre) for axial, bearing in self.bearings.items()), np.zeros((6, 6)))
 
 
+def parts_of(shaft: Shaft, kind=Part) -> list:
+    """All parts of a kind as (axial position [m], part), also where a list of parts shares a position."""
+    groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in shaft.parts.items())
+    return [(axial, part) for axial, group in groups for part in group if isinstance(part, kind)]
+
+
+def with_bearings(shaft: Shaft, change: Callable[[float, Any], Any]) -> Shaft:
+    """The shaft with other bearings; change: (axial position [m], bearing) -> the one in its place."""
+    parts: dict[float, list] = {axial: [] for axial in shaft.parts}
+    for axial, part in parts_of(shaft):
+        parts[axial].append(change(axial, part) if isinstance(part, Bearing | RollingBearing) else part)
+    return replace(shaft, parts=parts)
+
+
 def blank(gear: Gear) -> Disc:
     """The body of a gear, by which `fem.Gear.mass` is told, as a disc."""
     check_rotor_mass(gear.mass)
@@ -575,7 +585,7 @@ def beam_through(shaft: Shaft, axial: Sequence[float]) -> Beam:
     """The finite elements of an elastic shaft with further nodes at axial positions [m] on it; ValueError without."""
     if not shaft.sections:
         raise ValueError(f"shaft {shaft.name!r} has no sections; pass sections=[(d, length), ...]")
-    toothed = dict(shaft._parts_of(Gear))
+    toothed = dict(parts_of(shaft, Gear))
     nodes = [*shaft.parts, *shaft.stations, shaft.end_position, *axial]
     pieces = cylinders_of(shaft.cylinders, nodes, toothed, ELEMENT)
     return beam_of(pieces, shaft.material, shaft.beside_sections)

@@ -8,6 +8,8 @@ import numpy as np
 from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import (
     dissipated_power,
+    has_radial_law,
+    has_rolling_law,
     linear_part,
     potential,
     radial_motion,
@@ -112,14 +114,14 @@ def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -
     if not (shaft.bearings and free):
         return q, {}
     forces = forces + shaft.constant_load
-    rolling = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, RollingBearing) and not x.linear}
+    rolling = {axial: x for axial, x in shaft.bearings.items() if has_rolling_law(x)}
     if rolling:
         q[free] = _of_least_potential(shaft, forces[free], list(free))
         apart = [axial for axial, x in rolling.items() if comes_apart(x, _motion_at(shaft, axial, 5) @ q[:5])]
         if apart:
             raise NotCarried(f"bearings of shaft {shaft.name!r} at {apart} m are pulled apart; press or pair them")
         return q, {}
-    nonlinear = {axial: x for axial, x in shaft.bearings.items() if isinstance(x, Bearing) and not x.linear}
+    nonlinear = {axial: x for axial, x in shaft.bearings.items() if has_radial_law(x)}
     secants = {axial: float(bearing.stiffness[0, 0]) for axial, bearing in nonlinear.items()}
     linear = np.sum([linear_part(b, levers[axial]) for axial, b in shaft.bearings.items()], axis=0)
     part, radial_forces = np.ix_(free, free), dict.fromkeys(secants, 0.0)
@@ -158,7 +160,7 @@ def elastic_displacement(elastic: ElasticShaft, forces: np.ndarray) -> tuple[np.
     Raises `NotCarried` where the bearings do not carry the forces.
     """
     shaft = elastic.shaft
-    if not any(isinstance(bearing, RollingBearing) and not bearing.linear for bearing in shaft.bearings.values()):
+    if not any(has_rolling_law(bearing) for bearing in shaft.bearings.values()):
         return elastic.static_displacement(forces)
     at_bearings = [(elastic.at_bearing(axial)[:5], bearing) for axial, bearing in shaft.bearings.items()]
     bodies = [slice(6 * i, 6 * i + 6) for i in range(len(shaft.stations))]
@@ -228,7 +230,7 @@ def bearing_forces(
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
         motion = _motion_at(shaft, axial, q.shape[1], elastic)
-        if isinstance(bearing, RollingBearing) and not bearing.linear:
+        if has_rolling_law(bearing):
             for first in range(0, len(q), BLOCK):
                 block = slice(first, first + BLOCK)
                 at_bearing = _with_spin(bearing, q[block] @ motion[:5].T, None if spin is None else spin[block])
@@ -237,7 +239,7 @@ def bearing_forces(
             continue
         stiffness, radial = linear_part(bearing, 0.0)[: len(force)] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
-        points = radial_points(bearing) if isinstance(bearing, Bearing) and not bearing.linear else None
+        points = radial_points(bearing) if has_radial_law(bearing) else None
         for first in range(0, len(q), BLOCK):
             block = slice(first, first + BLOCK)
             displacements, rates = q[block].T, q_t[block].T

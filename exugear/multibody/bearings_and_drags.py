@@ -14,6 +14,8 @@ from numba import carray
 
 from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import (
+    has_radial_law,
+    has_rolling_law,
     linear_part,
     radial_motion,
     radial_potential,
@@ -21,7 +23,6 @@ from exugear.gearbox.bearing_law import (
     tangent_stiffness,
 )
 from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
-from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.seats_on_shafts import DragBetween
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
@@ -68,9 +69,9 @@ def add_bearings(
     load = shaft.constant_load[coordinates.components]
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], forceVector=load, **matrices)]
     for axial, bearing in standing.items():
-        if isinstance(bearing, RollingBearing) and not bearing.linear:
+        if has_rolling_law(bearing):
             items.append(add_rolling_bearing(mbs, node, bearing, axial - shaft.centre))
-        elif isinstance(bearing, Bearing) and not bearing.linear:
+        elif has_radial_law(bearing):
             force, jacobian, law = bearing_functions(bearing, axial - shaft.centre)
             force = direct(errors_kept(mbs, force), bearing_kernel, (law,), 6)
             item = eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)
@@ -214,13 +215,10 @@ def drag_functions(shaft: Shaft, n: int):
 
     The Jacobian is the slope over the speed: the change of a load with the displacement, by friction, is negligible.
     """
-    nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
-    laws = {
-        axial: bearing.record_of_runs(axial - shaft.centre)
-        if isinstance(bearing, RollingBearing)
-        else radial_record(bearing, axial - shaft.centre)
-        for axial, bearing in nonlinear.items()
-    }
+    bearings = shaft.bearings.items()
+    laws: dict[float, np.record | LawRecord] = {}
+    laws |= {axial: x.record_of_runs(axial - shaft.centre) for axial, x in bearings if has_rolling_law(x)}
+    laws |= {axial: radial_record(x, axial - shaft.centre) for axial, x in bearings if has_radial_law(x)}
     record, kernel = drag_record(shaft, laws), drag_kernel(n)
     address = address_of(record)
 

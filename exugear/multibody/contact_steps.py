@@ -70,7 +70,7 @@ def _let_shaft_predict(model: Model, mesh: Mesh, name: str, accelerations: np.nd
 
 @contextmanager
 def lag_corrected(model: Model, rule: Rule, held: Sequence[str]) -> Iterator[None]:
-    """Let contacts correct their damping for the lag of the velocities of an integration rule, and forget other steps.
+    """Let contacts correct their damping for the lag of an integration rule's velocities; earlier steps are forgotten.
 
     Elastic shafts have the masses by which their modes keep their frequencies in these steps. In loops the correction
     leaves out the acceleration by the mesh force: there the load does not determine the mesh forces.
@@ -111,9 +111,9 @@ def _with_added(model: Model, mesh: Mesh, mass: np.ndarray, damping: np.ndarray)
     row, accelerations, forces = mesh.row[system.free], np.zeros(mesh.row.size), np.zeros(mesh.row.size)
     accelerations[system.free] = np.linalg.solve(system.mass, row)
     forces[system.free] = system.stiffness @ accelerations[system.free]
-    for other in model.meshes:
-        if other.contact != mesh.contact:
-            forces -= mean_stiffness(other.law, other.stage.pair) * (other.row @ accelerations) * other.row
+    for mate in model.meshes:
+        if mate.contact != mesh.contact:
+            forces -= mean_stiffness(mate.law, mate.stage.pair) * (mate.row @ accelerations) * mate.row
     by_bearings = np.zeros((2, 6))
     for by_displacement, shaft in zip(by_bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()):

@@ -9,7 +9,7 @@ of its own, and takes them away at its end; what the system has beside them is t
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import exudyn.itemInterface as eii
@@ -256,6 +256,8 @@ class DriveAndLoad:
 def applied(model: Model, conditions: Conditions) -> Iterator[DriveAndLoad]:
     """Apply the imposed speed and the torques; afterwards the system keeps the speed and the load of the driven shaft.
 
+    Contacts correct their damping by the drags at the start of the whole run, in each of its parts, too.
+
     Until `DriveAndLoad.release` the torques have their values at the start, and free anchors are held, so that the
     static equilibrium can be solved.
     """
@@ -266,7 +268,7 @@ def applied(model: Model, conditions: Conditions) -> Iterator[DriveAndLoad]:
     try:
         acting.hold()
         items.set_load({"load": 0.0, "loadUserFunction": 0})
-        set_holding_forces(model, conditions.initial_torques + conditions.initial_drags)
+        set_holding_forces(model, conditions.initial_torques + replace(conditions, start_time=0.0).initial_drags)
         try:
             acting.apply_torques()
             acting.record_rotors()

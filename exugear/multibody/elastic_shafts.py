@@ -368,7 +368,7 @@ def add_matrices(
 
 
 def further_node(mbs, name: str, size: int) -> int:
-    """Add a node with so many coordinates, all 0; returns its number."""
+    """Add a node with a number of coordinates, all 0; returns the number of the node."""
     zeros = [0.0] * size
     initial = {f"initialCoordinates{rate}": zeros for rate in ("", "_t")}
     data = {"referenceCoordinates": zeros, "numberOfODE2Coordinates": size, **initial}

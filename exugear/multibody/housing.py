@@ -91,8 +91,8 @@ def seat_rows(
         kind = scene.shafts[name]
         if not kind.on_bearings:
             continue
-        own = elastics[name].indices if name in elastics else np.arange(spins[name] - kind.spin_index, spins[name] + 1)
-        rows[:, own] += _rows_of_shaft(gearbox.ends[name], scene, coupling)
+        part = elastics[name].indices if name in elastics else np.arange(spins[name] - kind.spin_index, spins[name] + 1)
+        rows[:, part] += _rows_of_shaft(gearbox.ends[name], scene, coupling)
     return rows
 
 

@@ -170,7 +170,7 @@ def push_in_step(law, state, motion, beside, offsets):
 
 @compiled
 def shifted(motion, advance, rate):
-    """The motion ahead by so much [m, m/s]."""
+    """The motion with a further advance [m] and rate [m/s]."""
     return Motion(motion.advance + advance, motion.rate + rate, motion.opening, motion.phase, motion.phase_rate)
 
 
@@ -227,7 +227,7 @@ def true_rate(push, lag, mobility, holding_force):
 
 @compiled
 def slope_in_step(steps, push, lag, mobility):
-    """Slope of the force over the acceleration at the end of a step [kg]; lag, mobility: as in `without_lag`."""
+    """Slope of the force over the acceleration at the end of a step [kg]; lag, mobility: as in `true_rate`."""
     k, c = push.static.stiffness, push.damping
     yielding = 1.0 + lag * mobility * c * c
     return steps.deflection * (k / yielding) + steps.rate * (c * (1.0 + lag * k) / yielding)
@@ -280,7 +280,7 @@ def zone_of(law, penetration):
 
 @compiled
 def moved(motion, advance, rate, before):
-    """A motion at another advance [m] and rate [m/s], some time before [s]."""
+    """The motion at an earlier time, by before [s], with this advance [m] and rate [m/s]."""
     return Motion(advance, rate, motion.opening, motion.phase - motion.phase_rate * before, motion.phase_rate)
 
 

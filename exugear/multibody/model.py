@@ -10,7 +10,7 @@ import numpy as np
 
 from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.bearing_law import tangent_stiffness
+from exugear.gearbox.bearing_law import has_rolling_law, tangent_stiffness
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
@@ -295,7 +295,7 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
         decay=train.decay(imposed),
         largest_torques=dict(zip(box.labels, largest, strict=True)),
         supports=len(supports),
-        rolling=sum(isinstance(bearing, RollingBearing) and not bearing.linear for bearing in supports),
+        rolling=sum(map(has_rolling_law, supports)),
     )
     per_torque = force_per_torque(box, held)
     meshes = tuple(_mesh(system, train, i, imposed, per_torque) for i in range(len(system.contacts)))

@@ -33,9 +33,7 @@ from fem.units import mm
 
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
-    """Whether meshes must record spins and speeds: for drags, torque supports and rolling cages, or as no imposed speed
-    gives them.
-    """
+    """Whether meshes must record spins and speeds, which drags, torque supports, rolling cages and free trains need."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
     braked = any(shaft.drags or shaft.torque_supports or shaft.unbalances for shaft in model.gearbox.shafts)
     braked = braked or any(mesh.frame.fixed.any() for mesh in model.meshes)
@@ -139,11 +137,11 @@ def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.n
 
 @dataclass(frozen=True, eq=False)
 class InBearings:
-    """A shaft with what its motion in the bearings follows from.
+    """A shaft with the coordinates that determine its motion in the bearings.
 
     shaft      the shaft
     q, q_t     coordinates (n, k) and their rates, with the motions of its seats if these move
-    measured   what measures the motion in the bearings from these; None of a rigid shaft on standing seats
+    measured   gives the motion in each bearing by these; None for a rigid shaft whose seats stand
     """
 
     shaft: Shaft

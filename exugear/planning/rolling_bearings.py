@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import potential, tangent_stiffness
 from exugear.gearbox.constant_loads import words_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft import Shaft, with_bearings
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.map_axes import push_on_shafts, static_displacement_or_inf
 from fem.support.validation import require
@@ -66,7 +67,8 @@ def with_linear_bearings(gearbox: Gearbox, names: Collection[str]) -> Gearbox:
         return gearbox
     built = "linear_bearings must be empty for gearboxes with planets, a housing or bearings between shafts"
     require(_simple(gearbox), f"{built}, got {list(names)}")
-    shafts = {shaft.name: _linear(shaft) if shaft.name in names else shaft for shaft in gearbox.shafts}
+    shafts = {shaft.name: shaft for shaft in gearbox.shafts}
+    shafts |= {name: with_bearings(shafts[name], _linear) for name in names}
     of_force: dict[str, Any] = dict.fromkeys(("damping", "damping_ratio", "damping_ramp", "backlash"))
     stages = [
         replace(x, fast=shafts[x.fast.name], slow=shafts[x.slow.name], mesh=x.force, **of_force) for x in gearbox.stages
@@ -75,15 +77,9 @@ def with_linear_bearings(gearbox: Gearbox, names: Collection[str]) -> Gearbox:
     return replace(gearbox, stages=tuple(stages), **ends)
 
 
-def _linear(shaft: Shaft) -> Shaft:
-    """The shaft with linear rolling bearings."""
-
-    def of_part(part):
-        if isinstance(part, list | tuple):
-            return [of_part(x) for x in part]
-        return replace(part, linear=True) if isinstance(part, RollingBearing) else part
-
-    return replace(shaft, parts={axial: of_part(part) for axial, part in shaft.parts.items()})
+def _linear(axial: float, bearing: Bearing | RollingBearing) -> Bearing | RollingBearing:
+    """The bearing, linear if it is a rolling bearing; axial: its position on the shaft [m]."""
+    return replace(bearing, linear=True) if isinstance(bearing, RollingBearing) else bearing
 
 
 def _simple(gearbox: Gearbox) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 
 from exugear.multibody.assembly import build
 from exugear.multibody.carrier_turns import rigid_coordinates, rigid_motion
-from exugear.multibody.drive_and_load import ShaftTorques, applied, set_holding_forces
+from exugear.multibody.drive_and_load import ShaftTorques, applied
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL, quiet, set_state_of_system
 from exugear.multibody.model import (
@@ -201,7 +201,6 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
         with applied(model, begin) as acting:
             if not part.state:
                 solve_initial_equilibrium(model, begin, job.scheme.rule.lag)
-                set_holding_forces(model, begin.initial_torques + conditions.initial_drags)
             acting.release()
             if part.state:
                 set_state_of_system(model.bare_mbs, part.state.system, INITIAL)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, BodyRecorder, Recorder
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
+from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft, parts_of
 from exugear.gearbox.stage import stage_number
 from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.drive_and_load import ShaftTorques
@@ -316,10 +316,8 @@ def _pair_attributes(pair: GearPair | RingPair) -> dict[str, float | str]:
 
 def _parts(shaft: Shaft) -> str:
     """Parts of a shaft beside its gears with their axial positions, sections, weight and displacement; a line each."""
-    groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in shaft.parts.items())
-    lines = [
-        f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear | Ring)
-    ]
+    beside_gears = [(axial, part) for axial, part in parts_of(shaft) if not isinstance(part, Gear | Ring)]
+    lines = [f"{axial / mm:g} mm: {part!r}" for axial, part in beside_gears]
     if shaft.sections:
         sizes = [f"{x.d / mm:g}{f'/{x.d_inner / mm:g}' * (x.d_inner > 0)} x {x.length / mm:g}" for x in shaft.cylinders]
         lines.insert(0, f"{shaft.start / mm:g} mm: Sections({', '.join(sizes)} mm)")

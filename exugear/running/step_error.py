@@ -96,12 +96,12 @@ def _note(data: xr.Dataset, jump: VibrationJump, coarse: np.ndarray, fine: np.nd
     mesh = data.isel(stage=jump.mesh)
     frequency = np.interp(times, data["time"].values, mesh["mesh_frequency"].values)
     share, half_share = jump.share_before(coarse), jump.share_before(fine)
-    low, width = frequency[0], frequency[1] - frequency[0]
-    jumps, sweeps = 0.0 < half_share < 1.0, abs(width) > LARGEST_SHIFT_WITHOUT * low
-    largest = (LARGEST_SHIFT if jumps else LARGEST_SHIFT_WITHOUT) * low / abs(width) if sweeps else LARGEST_SHARE
+    low, change = frequency[0], frequency[1] - frequency[0]
+    jumps, sweeps = 0.0 < half_share < 1.0, abs(change) > LARGEST_SHIFT_WITHOUT * low
+    largest = (LARGEST_SHIFT if jumps else LARGEST_SHIFT_WITHOUT) * low / abs(change) if sweeps else LARGEST_SHARE
     if not abs(half_share - share) > largest:
         return ""
-    (begin, span), unit = ((low, width), "Hz of the mesh") if sweeps else ((times[0], times[1] - times[0]), "s")
+    (begin, span), unit = ((low, change), "Hz of the mesh") if sweeps else ((times[0], times[1] - times[0]), "s")
     at, at_half = begin + share * span, begin + half_share * span
     least = "" if jumps else "at least "
     moves = f"at half the step it moves by {least}{abs(at_half - at):.3g} {unit} ({abs(at_half / at - 1):.1%})"
