@@ -21,7 +21,7 @@ evaluates polynomials over the load alone. That takes a third of the time of who
 
 from math import ceil, floor, inf, nan
 
-from numba import carray
+from numba import carray, from_dtype, types
 
 from exugear.mesh_force.block_potential import (
     CONTINUED,
@@ -40,7 +40,7 @@ from exugear.mesh_force.increments import (
     write_interval,
 )
 from exugear.mesh_force.kernel_records import doubles_at, reader, record_type, records_on_stack, start_of
-from exugear.mesh_force.layout import TEETH
+from exugear.mesh_force.layout import FORCE_TABLE, TEETH
 from exugear.mesh_force.patches import (
     Cell,
     Jet,
@@ -55,7 +55,8 @@ from exugear.mesh_force.patches import (
     table_at,
 )
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
-from fem.support.numba_cache import apart, compiled
+from fem.support.numba_cache import compiled
+from fem.support.on_demand import on_demand
 
 #: Most tooth pairs that may touch at a time.
 MOST = 8
@@ -100,6 +101,11 @@ KEPT, PARTED = 0.1, 1e-6
 LEAST_SLOPE = 0.1
 #: Most deviation of a tooth pair from its place by pitch deviations [pitches].
 MOST_TURN = 0.05
+#: Numba's types of a table's head, and of tuples: laws without composition compile nothing of this module.
+HEAD = from_dtype(FORCE_TABLE)
+CELL_TYPE = types.NamedTuple((types.int64, types.int64, types.float64), Cell)
+RANGE_TYPE = types.NamedUniTuple(types.float64, len(Range._fields), Range)
+POTENTIAL_TYPE = types.NamedUniTuple(types.float64, len(Potential._fields), Potential)
 teeth_at, pairs_on_stack = reader(TEETH), records_on_stack(PAIR, MOST)
 
 
@@ -214,7 +220,7 @@ def range_of_pair(pair):
     return Range(pair.unloaded, pair.unloaded_slope, pair.largest, pair.largest_slope, pair.largest_force)
 
 
-@apart
+@on_demand(RANGE_TYPE, HEAD, types.int64, CELL_TYPE)
 def composed_range(table, block, cell: Cell):
     """`Range` of a composed law: where the first tooth pair touches, and up to where all reach."""
     teeth, pairs = teeth_of(table), carray(pairs_on_stack(), MOST)
@@ -231,7 +237,7 @@ def composed_range(table, block, cell: Cell):
     return Range(unloaded, unloaded_slope, end - unloaded, end_slope - unloaded_slope, largest_force)
 
 
-@apart
+@on_demand(POTENTIAL_TYPE, HEAD, types.int64, CELL_TYPE, types.float64, types.float64)
 def composed_potential(table, block, cell: Cell, deflection, lever):
     """`Potential` of a composed law; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
     teeth, pairs = teeth_of(table), carray(pairs_on_stack(), MOST)

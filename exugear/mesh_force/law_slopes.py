@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exugear.mesh_force.composition import composed_potential
 from exugear.mesh_force.force_kernels import block_number, damping
 from exugear.mesh_force.kernel_records import start_of
 from exugear.mesh_force.offset_interpolation import (
@@ -35,7 +36,6 @@ from exugear.mesh_force.patches import (
     table_of,
 )
 from exugear.mesh_force.pchip import hermite_bend_weights, weighted
-from exugear.mesh_force.potential import potential
 from fem.support.numba_cache import compiled, kept
 
 #: What a law gives: derivatives of the potential by deflection, phase, centre distance, misalignment and axial offset
@@ -177,14 +177,14 @@ def block_slopes(table, block, cell, deflection, lever):
 @compiled
 def composed_slopes(table, block, cell, deflection, lever):
     """`BlockSlopes` of a law that is composed of tooth pairs: second derivatives are differences of the first."""
-    u, step, lever_step = potential(table, block, cell, deflection, lever), PHASE_STEP, LEVER_STEP
+    u, step, lever_step = composed_potential(table, block, cell, deflection, lever), PHASE_STEP, LEVER_STEP
     if u.penetration <= 0.0:
         return NO_SLOPES
     phase = (cell.low + cell.share) / table.steps_in_pitch
-    before = potential(table, block, phase_cell(table, phase - step), deflection, lever)
-    after = potential(table, block, phase_cell(table, phase + step), deflection, lever)
-    low = potential(table, block, cell, deflection, lever - lever_step)
-    high = potential(table, block, cell, deflection, lever + lever_step)
+    before = composed_potential(table, block, phase_cell(table, phase - step), deflection, lever)
+    after = composed_potential(table, block, phase_cell(table, phase + step), deflection, lever)
+    low = composed_potential(table, block, cell, deflection, lever - lever_step)
+    high = composed_potential(table, block, cell, deflection, lever + lever_step)
     by_phases, by_levers = (after.by_phase - before.by_phase) / (2 * step), (high.by_lever - low.by_lever)
     slope = (after.penetration - before.penetration) / (2 * step)
     return BlockSlopes(
