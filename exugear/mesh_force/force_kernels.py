@@ -7,14 +7,10 @@ take the head of a table (`FORCE_TABLE` in `exugear.mesh_force.layout`) and read
 from math import inf, nan
 from typing import NamedTuple
 
-from numba import types
-
-from exugear.mesh_force.composition import HEAD
 from exugear.mesh_force.offset_interpolation import MOST_VALUES, stencil, tilt_stencil
 from exugear.mesh_force.patches import phase_cell, table_of
 from exugear.mesh_force.potential import CONTINUED, centroid_at, extent_of, potential, potential_apart
-from fem.support.numba_cache import compiled, kept
-from fem.support.on_demand import on_demand
+from fem.support.numba_cache import apart, compiled, kept
 
 #: Share of the way to the end of the shortest table up to which all tables surely reach.
 REACH = 0.8
@@ -43,8 +39,6 @@ class StaticForce(NamedTuple):
     by_axial: float
 
 
-#: Numba's type of it.
-STATIC_FORCE = types.NamedUniTuple(types.float64, len(StaticForce._fields), StaticForce)
 NO_CONTACT = StaticForce(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -81,7 +75,7 @@ def static_force(table, phase, deflection, a, misalignment, axial):
     return static if table.conserves != 0 else without_further_torques(static)
 
 
-@on_demand(types.Tuple((STATIC_FORCE, types.float64)), HEAD, *(types.float64,) * 5)
+@apart
 def blended(table, phase, deflection, a, misalignment, axial):
     """(`StaticForce` at offsets, largest force [N] of the law there)."""
     cell = phase_cell(table, phase)
