@@ -25,7 +25,7 @@ from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.patches import table_of
 from exugear.mesh_force.potential import CONTINUED
 from exugear.mesh_force.static_deflection import static_deflections
-from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
+from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, require_rising, te_under
 from exugear.mesh_force.tabulation import tabulate, uniform_phases
 from exugear.mesh_force.tooth_pairs import ToothPairs, tooth_pairs_of
 from fem.pair.pair import GearPair
@@ -516,6 +516,8 @@ def _arrays_of(ste: xr.Dataset, pair: GearPair, extend: float) -> dict[str, Any]
     steps = steps_in_pitch(prod(axis.size for axis in offsets.values()), pitches)
     phase = uniform_phases(steps * pitches, pitches)
     force, deflection = loaded_deflection(ste, r_b, phase, extend=extend)
+    denser = "map more phases, drop the lightest torques, or compose the law: MeshForce.from_tooth_pairs"
+    require_rising(force * r_b, np.moveaxis(deflection, -1, 0), phase, f"the map is too coarse in between; {denser}")
     table = np.broadcast_to(force, deflection.shape)
     mapped = float(ste[TORQUE][-1]) / r_b if extend > 1 else inf
     centroid = loaded_centroid(ste, r_b, phase, force)

@@ -28,7 +28,8 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0
     require(torque.size >= 3, f"{few}; map more, or use MeshForce.secant, which needs a single load")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
     te, stiffness, pitches = over_offsets(ste, TE).values, None, pitches_of(ste)
-    _require_rising(torque, at_phases(coarse, te, phase, pitches), phase)
+    closer = "check its sign, map more phases, smooth measured values or drop torques that lie too close"
+    require_rising(torque, at_phases(coarse, te, phase, pitches), phase, closer)
     if STIFFNESS in ste:
         stiffness = over_offsets(ste, STIFFNESS).values[1:]
         stiff = f"stiffness must be > 0 N/m under load, got {stiffness.min():g}; drop it: ste.drop_vars('stiffness')"
@@ -53,12 +54,11 @@ def _extrapolated(force: np.ndarray, deflection: np.ndarray, extend: float) -> t
     return np.r_[force, more], np.concatenate([deflection, further], axis=-1)
 
 
-def _require_rising(torque: np.ndarray, te: np.ndarray, phase: np.ndarray) -> None:
+def require_rising(torque: np.ndarray, te: np.ndarray, phase: np.ndarray, remedy: str) -> None:
     """Require te (n_torque, ..., n_phase) [m] that grows with the torque [N m]."""
     step, *_, at = np.unravel_index(np.diff(te, axis=0).argmin(), te[1:].shape)
     least = np.diff(te, axis=0).min()
     growth = f"{least / um:.3g} um from {torque[step]:g} to {torque[step + 1]:g} N m at phase {phase[at]:.3f}"
-    remedy = "check its sign, map more phases, smooth measured values or drop torques that lie too close"
     require(bool(least > 0), f"te must grow with the torque at every phase, got {growth}; {remedy}")
 
 

@@ -75,7 +75,8 @@ def tabulate(force) -> np.record:
     proud = [of_flank.teeth.proud for of_flank in (force, force.coast) if getattr(of_flank, "teeth", None)]
     jam = -2 * (min(unloaded) + min(proud, default=0.0))
     least = f"backlash must be >= {jam:.4g} m, or the unloaded transmission error jams the teeth, got {force.backlash}"
-    require(force.backlash >= jam - 1e-9, least)
+    remedy = "pass backlash=, or map a pair with a larger centre distance, thinner teeth or smaller deviations"
+    require(force.backlash >= jam - 1e-9, f"{least}; {remedy}")
     scalars = {name: getattr(force, name) for name in SCALARS}
     stiffest = tangents.max() if coast is None else max(tangents.max(), coast.head.largest_stiffness)
     head = record_of(

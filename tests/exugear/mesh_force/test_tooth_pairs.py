@@ -55,6 +55,17 @@ def added_and_error(pair: fem.GearPair, alike: fem.GearPair, phase: np.ndarray) 
     return added, te_of_law(law, pair, phase) - te_of_law(plain_law, pair, phase) - added
 
 
+def test_a_map_too_coarse_for_its_lightest_torques_is_told_so():
+    """Between its phases te at light loads falls below te without load, where large pitch deviations leave corners."""
+    pitch = fem.PitchDeviation(np.random.default_rng(1).uniform(-25 * um, 25 * um, 12))
+    pair = small_pair(pitch)
+    torques, phases = [0, 0.003, 5, 50], np.arange(12 * 16) / 16
+    ste = fem.static_transmission_error(pair, torques, phases, resolution=COARSE, progress=False)
+    with pytest.raises(ValueError, match=r"te must grow .* too coarse in between; map more phases, drop the lightest"):
+        MeshForce.from_ste(ste, backlash=0.3 * mm)
+    MeshForce.from_ste(ste.isel(torque=[0, 2, 3]), backlash=0.3 * mm)
+
+
 def box_of(law: MeshForce, pair: fem.GearPair) -> exugear.Gearbox:
     shafts = (exugear.Shaft(name, parts={0.0: gear}) for name, gear in (("in", pair.pinion), ("out", pair.wheel)))
     return exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair)])
