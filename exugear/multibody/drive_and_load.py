@@ -9,7 +9,7 @@ of its own, and takes them away at its end; what the system has beside them is t
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import exudyn.itemInterface as eii
@@ -268,7 +268,7 @@ def applied(model: Model, conditions: Conditions) -> Iterator[DriveAndLoad]:
     try:
         acting.hold()
         items.set_load({"load": 0.0, "loadUserFunction": 0})
-        set_holding_forces(model, conditions.initial_torques + replace(conditions, start_time=0.0).initial_drags)
+        set_holding_forces(model, conditions.initial_torques + conditions.drags_at_zero)
         try:
             acting.apply_torques()
             acting.record_rotors()

@@ -192,7 +192,10 @@ class Conditions:
     @cached_property
     def initial_speeds(self) -> np.ndarray:
         """(n_shaft,) speeds at the start [rad/s]."""
-        t = self.start_time
+        return self._speeds_at(self.start_time)
+
+    def _speeds_at(self, t: float) -> np.ndarray:
+        """(n_shaft,) imposed speeds at a time [s], and start speeds of what is free [rad/s]."""
         return self._of_shafts(self._of_imposed([speed_of(t) for speed_of in self.speeds_of]), self.start_speeds)
 
     @property
@@ -216,6 +219,11 @@ class Conditions:
     def initial_drags(self) -> np.ndarray:
         """(n_shaft,) torque about z of the drags of each shaft at the start [N m]."""
         return drag_torques(self.gearbox, self.initial_speeds)
+
+    @property
+    def drags_at_zero(self) -> np.ndarray:
+        """The same at t = 0, the start of the whole run of which this may be a part."""
+        return drag_torques(self.gearbox, self._speeds_at(0.0))
 
     @cached_property
     def initial_torques(self) -> np.ndarray:
