@@ -92,9 +92,9 @@ SMALL, STEPS = 0.1, 40
 WHOLE = 8.0
 #: Least penetration of which that share is taken, over the largest one.
 LIGHT = 1e-3
-#: A step that would take the load off a tooth pair with increments leaves it this share of its penetration, unless that
-#: is below a share of the largest one: the compliance of a narrow contact grows without bound as its load falls, so
-#: that Newton's method steps beyond, to no load, and back for ever.
+#: A step of Newton's method that would part a tooth pair with increments leaves it the first share of its penetration,
+#: until the penetration is below the second share of its range, where the pair may part. The compliance of a narrow
+#: contact grows without bound as its load falls: full steps would go to no load and back for ever.
 KEPT, PARTED = 0.1, 1e-6
 #: Least slope of what a tooth pair deflects by what it would deflect alone, as of tooth pairs that hardly touch beside
 #: heavily loaded ones.
