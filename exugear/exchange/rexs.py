@@ -67,7 +67,8 @@ def read_rexs(
 
     mesh            force law of the meshes: "fem", maps by finite elements up to 1.5 times the largest torque of the
                     load cases; "iso6336", the constant stiffness of ISO 6336-1, method B, which excites nothing but is
-                    there at once; or a function of a `fem.GearPair` and that torque [N m] which returns an STE map
+                    there at once; or a function of a `fem.GearPair` and that torque [N m] which returns an STE map;
+                    if it takes `offsets`, it gets the `fem.Offsets` of a wheel that stands axially off its pinion
     shafts          "elastic": shafts with sections get them, and `exugear.plan` keeps rigid what may be rigid; "rigid"
     bearings        "rolling": rolling bearings whose file holds inner geometry, or dimensions and capacities, have
                     their force law; "linear": their stiffness under a tenth of their capacity, at less cost of a run

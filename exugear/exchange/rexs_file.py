@@ -5,7 +5,9 @@ Files are not trusted: entities, external references and document types are refu
 
 import base64
 import json
+import json.scanner
 import zipfile
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -42,34 +44,34 @@ class Attribute:
 
     value: Any
     unit: str
-    line: int | None
+    line: int
 
 
 @dataclass(frozen=True, eq=False)
 class Component:
-    """A part of the model with its attributes by name; the line is that where it begins, None in JSON."""
+    """A part of the model with its attributes by name, and the line where it begins."""
 
     id: str
     type: str
     name: str
-    line: int | None
+    line: int
     attributes: dict[str, Attribute] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
         """How messages name it."""
         name = f" {self.name!r}" if self.name else ""
-        where = f", line {self.line}" if self.line else ""
-        return f"{self.type} {self.id}{name}{where}"
+        return f"{self.type} {self.id}{name}, line {self.line}"
 
 
 @dataclass(frozen=True, eq=False)
 class Relation:
-    """Which components belong together: their ids by role."""
+    """Which components belong together: their ids by role, and the line where it begins."""
 
     type: str
     order: int
     roles: dict[str, str]
+    line: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +191,7 @@ class _Handler(ContentHandler):
             self.head = given
         require(self.head is not None, f"{where}: the root of a REXS file is <model>, got <{name}>")
         if name == "relation":
-            self.relation = Relation(_given(given, "type", where), _order(given, where), {})
+            self.relation = Relation(_given(given, "type", where), _order(given, where), {}, line)
         elif name == "ref" and self.relation is not None:
             self.relation.roles[_given(given, "role", where)] = _given(given, "id", where)
         elif name == "load_case":
@@ -276,9 +278,35 @@ def _array(cells: list, where: str) -> Any:
         return list(cells)
 
 
+class _JsonObject(dict):
+    """An object of a JSON file with the line where it begins."""
+
+    line: int | None = None
+
+
+class _JsonWithLines(json.JSONDecoder):
+    """Reads JSON objects as `_JsonObject`.
+
+    Python's decoder in C tells no positions: that in Python, of the same module, is given another function for objects.
+    """
+
+    def __init__(self, text: str):
+        super().__init__()
+        self._ends_of_lines = [end for end, character in enumerate(text) if character == "\n"]
+        self.parse_object = self._object_with_line
+        self.scan_once = json.scanner.py_make_scanner(self)
+
+    def _object_with_line(self, text_and_begin, *options):
+        pairs, end = json.decoder.JSONObject(text_and_begin, *options)
+        content = _JsonObject(pairs)
+        content.line = bisect_left(self._ends_of_lines, text_and_begin[1]) + 1
+        return content, end
+
+
 def _from_json(content: bytes, path: Path) -> RexsFile:
     try:
-        root = json.loads(content.decode("utf-8"))
+        text = content.decode("utf-8")
+        root = _JsonWithLines(text).decode(text)
     except UnicodeDecodeError as error:
         raise ValueError(f"{path} is not coded in UTF-8: {error}; export it again") from None
     except json.JSONDecodeError as error:
@@ -292,8 +320,9 @@ def _from_json(content: bytes, path: Path) -> RexsFile:
         relations = tuple(
             Relation(
                 str(relation["type"]),
-                _order(relation, f"relation {relation.get('id')} of {path}"),
+                _order(relation, f"line {relation.line} of {path}"),
                 {str(ref["role"]): str(ref["id"]) for ref in relation["refs"]},
+                relation.line,
             )
             for relation in model.get("relations", ())
         )
@@ -311,14 +340,15 @@ def _components(listed, path: Path) -> dict[str, Component]:
     require(len(listed) <= MOST_COMPONENTS, f"{path} has more than {MOST_COMPONENTS} components")
     components: dict[str, Component] = {}
     for each in listed:
-        where = f"component {each.get('id')} of {path}"
+        where = f"line {each.line} of {path}"
         id = _given(each, "id", where)
-        require(id not in components, f"a second component of {path} has the id {id}; export the file again")
-        component = Component(id, _given(each, "type", where), each.get("name", ""), None)
+        require(id not in components, f"{where}: a second component has the id {id}; export the file again")
+        component = Component(id, _given(each, "type", where), each.get("name", ""), each.line)
         for attribute in each.get("attributes", ()):
-            name = _given(attribute, "id", where)
-            value = _json_value(attribute, f"{name} of {where}")
-            component.attributes[name] = Attribute(value, attribute.get("unit") or "", None)
+            line = attribute.line
+            name = _given(attribute, "id", f"line {line} of {path}")
+            value = _json_value(attribute, f"{name} in line {line} of {path}")
+            component.attributes[name] = Attribute(value, attribute.get("unit") or "", line)
         components[id] = component
     return components
 
@@ -342,5 +372,6 @@ def _check(model: RexsFile) -> None:
     require(known, f"{model.path} has version {text_of(model.version)}; versions {VERSIONS} are read: export as one")
     for relation in model.relations:
         for role, id in relation.roles.items():
-            missing = f"a relation {relation.type!r} of {model.path} names component {id} as {role}, which is not there"
+            where = f"line {relation.line} of {model.path}"
+            missing = f"{where}: a relation {relation.type!r} names component {id} as {role}, which is not there"
             require(id in model.components, f"{missing}; export the file again")

@@ -1,6 +1,7 @@
 """Force laws of the meshes of a file: maps by finite elements, or the constant stiffness of ISO 6336-1."""
 
 from collections.abc import Callable
+from inspect import signature
 
 import numpy as np
 import xarray as xr
@@ -23,13 +24,18 @@ def mesh_of(mesh: str | Callable, pair: GearPair, torque: float, axial: float, *
 
     axial   > 0 along the z axis of the map, about which the mesh force turns the pinion clockwise
     """
-    if callable(mesh):
-        return mesh(pair, torque)
     axial = axial if abs(axial) > LEAST_AXIAL else 0.0
+    if callable(mesh):
+        return mesh(pair, torque, **{"offsets": Offsets(axial=axial)} if axial and takes_offsets(mesh) else {})
     if mesh == "iso6336":
         return constant_map(pair, torque, axial)
     torques, offsets = torque * np.array(SHARES), Offsets(axial=axial) if axial else None
     return static_transmission_error(pair, torques, PHASES, offsets=offsets, progress=progress)
+
+
+def takes_offsets(mesh: Callable) -> bool:
+    """Whether a function of pair and torque takes the offsets between the gears, too."""
+    return "offsets" in signature(mesh).parameters
 
 
 def constant_map(pair: GearPair, torque: float, axial: float) -> xr.Dataset:

@@ -118,15 +118,15 @@ class Reading:
         return values
 
     def _scaled(self, attribute, value: Any, unit: str, where: str):
-        line = f" (line {attribute.line})" if attribute.line else ""
+        where = f"{where} (line {attribute.line})"
         known = UNITS[unit]
-        wrong = f"{where}{line} has the unit {attribute.unit!r}, which is none of {[*known]}; export it in one of them"
+        wrong = f"{where} has the unit {attribute.unit!r}, which is none of {[*known]}; export it in one of them"
         require(attribute.unit in known, wrong)
         try:
             scaled = np.asarray(value, float) * known[attribute.unit]
         except (TypeError, ValueError):
-            raise ValueError(f"{where}{line} must be a number, got {text_of(value)}") from None
-        require(scaled.ndim > 0 or isfinite(scaled), f"{where}{line} must be finite, got {text_of(value)}")
+            raise ValueError(f"{where} must be a number, got {text_of(value)}") from None
+        require(scaled.ndim > 0 or isfinite(scaled), f"{where} must be finite, got {text_of(value)}")
         return scaled
 
     def text(self, component: Component, name: str, default: str = "") -> str:

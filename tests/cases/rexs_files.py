@@ -62,7 +62,8 @@ class RexsData:
             for number, relation in enumerate(self.relations, start=1)
         ]
         cases = [{"id": n, "components": [_json(x) for x in case]} for n, case in enumerate(self.load_cases, start=1)]
-        return json.dumps({"model": model | ({"load_spectrum": {"id": 1, "load_cases": cases}} if cases else {})})
+        spectrum = {"load_spectrum": {"id": 1, "load_cases": cases}} if cases else {}
+        return json.dumps({"model": model | spectrum}, indent=1)
 
     def write(self, path: Path) -> Path:
         """The file in the container that its suffix names."""

@@ -1,6 +1,7 @@
 """REXS files: what is read in each container and version, what is told, and what is refused."""
 
 import base64
+import re
 import zipfile
 
 import numpy as np
@@ -62,6 +63,22 @@ def test_maps_reach_as_far_as_the_load_cases(tmp_path):
 
     exugear.read_rexs(two_stages().write(tmp_path / "model.rexs"), mesh=law)
     assert asked == pytest.approx([40, 40 * 47 / 25])
+
+
+def test_a_law_that_takes_offsets_gets_the_distance_of_the_mid_planes(tmp_path):
+    """The wheel of the first stage stands 2 mm from its pinion; in the second stage there is none to count."""
+    data, asked = two_stages(), []
+    wheel = next(component for component in data.components if component["name"] == "gear 47")
+    wheel["attributes"] |= {"u_coordinate_on_shaft": (32.0, "mm"), "support_vector": ((32.0, 75.0, 0.0), "mm")}
+
+    def law(pair, torque, offsets=None):
+        asked.append(0.0 if offsets is None else offsets.axial)
+        te = torque / 2e10 * np.outer([0, 1, 2], np.ones(4))
+        return fem.ste_map(pair, [0, torque, 2 * torque], np.arange(4) / 4, te).assign_attrs(axial=asked[-1])
+
+    box = read(data, tmp_path, mesh=law).gearbox
+    assert asked == pytest.approx([2 * mm, 0.0])
+    assert exugear.plan(box).laws.keys() == set(box.labels)
 
 
 def test_load_cases_of_a_spectrum(tmp_path):
@@ -295,6 +312,9 @@ ENTITY = (
         (changed("</components>", ""), r"line \d+ of .* is no XML"),
         (changed('"model"', '"rexs"', ".rexsj"), "no 'model', so it is no REXS file"),
         (changed("{", "{,", ".rexsj"), "line 1 of .* is no JSON"),
+        (changed('"id": 4,', '"id": 3,', ".rexsj"), r"line \d+ of .*: a second component has the id 3"),
+        (changed('"refs": [', '"refs": [{"id": 99, "role": "x"},', ".rexsj"), r"line \d+ of .*: .* names component 99"),
+        (changed('"unit": "mm"', '"unit": "inch"', ".rexsj"), r"\(line \d+\) has the unit 'inch'.* export it in one"),
         (
             changed('unit="mm">20.0', 'unit="inch">20.0'),
             r"face_width .*\(line \d+\) has the unit 'inch'.* export it in one",
@@ -342,11 +362,18 @@ def _text(folder, text: str, encoding: str = "utf-8"):
         ("cylindrical_stage", "rotating_angle_around_neg_u_axis", (1.0, "mm"), r"stage.*line \d+.*has the unit 'mm'"),
     ],
 )
-def test_what_a_value_breaks_is_told_with_its_line(type, attribute, value, words, tmp_path):
+@pytest.mark.parametrize("suffix", [".rexs", ".rexsj"])
+def test_what_a_value_breaks_is_told_with_its_line(type, attribute, value, words, suffix, tmp_path):
+    """The line is that where the component begins, or its attribute."""
     data = two_stages()
-    next(x for x in data.components if x["type"] == type)["attributes"][attribute] = value
-    with pytest.raises(ValueError, match=words):
-        read(data, tmp_path, bearings="rolling")
+    component = next(x for x in data.components if x["type"] == type)
+    component["attributes"][attribute] = value
+    with pytest.raises(ValueError, match=words) as refusal:
+        read(data, tmp_path, suffix, bearings="rolling")
+    lines = (tmp_path / f"model{suffix}").read_text().splitlines()
+    told = int(re.search(r"line (\d+)", str(refusal.value))[1])
+    beginning = " ".join(lines[told - 1 : told + 3])
+    assert attribute in beginning or f'"{component["id"]}"' in beginning or f'"id": {component["id"]},' in beginning
 
 
 def test_what_is_written_is_read_again(tmp_path):
