@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler
 
@@ -293,11 +293,13 @@ class _JsonWithLines(json.JSONDecoder):
     def __init__(self, text: str):
         super().__init__()
         self._ends_of_lines = [end for end, character in enumerate(text) if character == "\n"]
+        plain, scanner = cast("Any", json.JSONDecoder()), cast("Any", json.scanner)
+        self._without_line = plain.parse_object
         self.parse_object = self._object_with_line
-        self.scan_once = json.scanner.py_make_scanner(self)
+        self.scan_once = scanner.py_make_scanner(self)
 
     def _object_with_line(self, text_and_begin, *options):
-        pairs, end = json.decoder.JSONObject(text_and_begin, *options)
+        pairs, end = self._without_line(text_and_begin, *options)
         content = _JsonObject(pairs)
         content.line = bisect_left(self._ends_of_lines, text_and_begin[1]) + 1
         return content, end
