@@ -47,6 +47,8 @@ STEPS, HALVINGS, LEAST_GAIN = 200, 60, 1e-4
 RAISED = 1e-9
 #: Work of a step over the energy that counts as 0, and that which rounding may leave.
 CONVERGED, ROUNDING = 1e-22, 1e-12
+#: Smallest relative difference of two numbers.
+EPSILON = float(np.finfo(float).eps)
 #: Largest displacement of a bearing [m].
 LARGEST = 5e-3
 
@@ -367,6 +369,7 @@ def _solve(train: ElasticTrain, stiffness: Sequence[float], gaps: Sequence[np.nd
     gap, part = np.concatenate(list(gaps)), np.ix_(free, free)
     supports = [(support, support.rows[:, free]) for support in train.supports]
     load, of_shafts = train.load[free], train.stiffness[part]
+    magnitudes = np.abs(of_shafts)
     at_start = train.at_start[part] + rows.T @ (springs[:, None] * rows)
 
     def evaluate(q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -378,6 +381,10 @@ def _solve(train: ElasticTrain, stiffness: Sequence[float], gaps: Sequence[np.nd
             u, gradient, _ = potential(support.bearing, 0.0, of_bearing @ q)
             energy, slope = energy + u, slope + of_bearing.T @ gradient
         return energy, slope
+
+    def rounding(q: np.ndarray) -> float:
+        """Error of the potential [J] that rounding leaves: short sections are stiff, their rigid motion cancels."""
+        return EPSILON * float(np.abs(q) @ magnitudes @ np.abs(q))
 
     def tangent(q: np.ndarray) -> np.ndarray:
         touching = springs * (rows @ q > gap)
@@ -396,10 +403,8 @@ def _solve(train: ElasticTrain, stiffness: Sequence[float], gaps: Sequence[np.nd
         share = 1.0
         for _ in range(HALVINGS):
             at_step, slope_there = evaluate(q + share * step)
-            flat = abs(float(slope_there @ step)) < 0.5 * work and work < ROUNDING * (
-                abs(energy) + abs(float(load @ q))
-            )
-            if at_step <= energy - LEAST_GAIN * share * work or flat:
+            flatter = abs(float(slope_there @ step)) < 0.5 * work and work < rounding(q)
+            if at_step <= energy - LEAST_GAIN * share * work or flatter:
                 break
             share /= 2
         else:
