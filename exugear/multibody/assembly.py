@@ -19,7 +19,7 @@ from exugear.contact.reference_configuration import (
     rotational_row,
     spatial_row,
 )
-from exugear.contact.rotation import CODES, SPIN
+from exugear.contact.rotation import SPIN, BodyKind
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox, anchors_of
 from exugear.gearbox.housing import Housing
@@ -228,7 +228,7 @@ def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.
     return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
-def _frame(gearbox: Gearbox, number: int, kinds: Sequence[str], *, spatial: bool) -> np.record:
+def _frame(gearbox: Gearbox, number: int, kinds: Sequence[BodyKind], *, spatial: bool) -> np.record:
     """Contact frame of a stage on bodies of these kinds; spatial: whether they are displaced, or move beside spins."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
     direction = gearbox.flank_senses[number]
@@ -236,7 +236,7 @@ def _frame(gearbox: Gearbox, number: int, kinds: Sequence[str], *, spatial: bool
     if not spatial:
         return changed(rotational_frame(stage.pair, phase, direction), gap=gap)
     pinion, wheel = (
-        GearBody(CODES[kind], np.array(pose(gearbox, shaft)), E_Z, (s - shaft.centre) * E_Z)
+        GearBody(kind, np.array(pose(gearbox, shaft)), E_Z, (s - shaft.centre) * E_Z)
         for kind, shaft, s in zip(kinds, (stage.fast, stage.slow), stage.axial_positions, strict=True)
     )
     nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0, "gap": gap}

@@ -24,7 +24,7 @@ from exugear.contact.elastic_ring import flexed, note_forces, ring_at, with_torq
 from exugear.contact.friction import friction_at, friction_in_space, friction_of_spins
 from exugear.contact.recorder import recorded_components, sample_of, write
 from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
-from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
+from exugear.contact.rotation import KINDS, SPIN, BodyKind, code_of, on_coordinates
 from exugear.contact.vectors import cross, dot, row_dot, row_total
 from exugear.mesh_force.kernel_records import as_tuple, doubles_at, put_all
 from exugear.mesh_force.patches import table_at
@@ -44,12 +44,7 @@ STANDING = Spin(0.0, 0.0, 0.0)
 AT_REST = (0.0, 0.0, 0.0, 0.0)
 
 
-def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
-    """Codes of the bodies, those on Rxyz nodes upright unless the contact frame is rotated."""
-    return [UPRIGHT if kind == SPATIAL and not rotated else CODES[kind] for kind in kinds]
-
-
-def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
+def kernel_of(kinds: tuple[BodyKind, ...], frame: np.record, *, rubs: bool):
     """The function (law, frame, state, friction, record, t, *coordinates, *velocities) -> generalized forces.
 
     The first five are addresses: of a table's head, a contact frame, a contact state, a record of the friction, and a
@@ -62,7 +57,8 @@ def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
     """
     if set(kinds) == {SPIN} and not is_spatial(frame):
         return _spin_contact(len(kinds), int(rubs), int(frame.modes))
-    return _spatial_contact(*codes_of(kinds[:2], is_rotated(frame)), int(rubs), len(kinds) - 2, int(frame.modes))
+    codes = [code_of(kind, rotated=is_rotated(frame)) for kind in kinds[:2]]
+    return _spatial_contact(*codes, int(rubs), len(kinds) - 2, int(frame.modes))
 
 
 @cache
@@ -219,8 +215,8 @@ def displaced(motion, moved, slope, speed):
 @cache
 def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: int):
     """The compiled contact of two kinds of bodies, as `_spin_contact`; carried: 1 of spins on a carrier."""
-    n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
-    components, bodies = recorded_components(n_1, n_2), n_1 + n_2 + carried
+    n_1, n_2 = KINDS[kind_1].size, KINDS[kind_2].size
+    components, bodies = recorded_components(KINDS[kind_1], KINDS[kind_2]), n_1 + n_2 + carried
     before_rates, rates = bodies + modes, 2 * bodies + modes
 
     @kept
@@ -285,8 +281,8 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
             if modes > 0:
                 return torques + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
             return torques
-        on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
-        on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
+        on_pinion = on_coordinates(kind_1, (*f[:5], spun_1, f[6]))[:n_1]
+        on_wheel = on_coordinates(kind_2, (*g[:5], spun_2, g[6]))[:n_2]
         if modes > 0:
             return on_pinion + on_wheel + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
         return on_pinion + on_wheel
