@@ -63,24 +63,21 @@ class BodyKind(NamedTuple):
         return self.code <= RXYZ
 
 
-#: Codes of the kinds, in the order of `KINDS`. An upright body is a spatial one in a contact frame that is not rotated:
-#: its coordinates are displacements and angles in that frame, and its attitude need not be computed.
+#: Codes of the kinds. An upright body is a spatial one in a contact frame that is not rotated: its coordinates are
+#: displacements and angles in that frame, and its attitude need not be computed.
 SPIN_ALONE, IN_PLANE, UPRIGHT, RXYZ, EULER, VECTOR = range(6)
 SPIN = BodyKind("spin", SPIN_ALONE, (5,))
 PLANAR = BodyKind("planar", IN_PLANE, (0, 1, 5))
 SPATIAL = BodyKind("spatial", RXYZ, (0, 1, 2, 3, 4, 5))
-KINDS = (
-    SPIN,
-    PLANAR,
-    SPATIAL._replace(code=UPRIGHT),
-    SPATIAL,
-    BodyKind("Euler parameters", EULER, (0, 1, 2, 3, 4, 5, 6)),
-    BodyKind("rotation vector", VECTOR, (0, 1, 2, 3, 4, 5), velocity_by_vector),
-)
+PARAMETERS = BodyKind("Euler parameters", EULER, (0, 1, 2, 3, 4, 5, 6))
+ROTATION_VECTOR = BodyKind("rotation vector", VECTOR, (0, 1, 2, 3, 4, 5), velocity_by_vector)
+#: Kinds by their codes.
+KINDS = {x.code: x for x in (SPIN, PLANAR, SPATIAL._replace(code=UPRIGHT), SPATIAL, PARAMETERS, ROTATION_VECTOR)}
+_components = [KINDS[code].components for code in sorted(KINDS)]
 #: For compiled code, by kind: positions of the components (7) among its coordinates, -1 of those that it lacks, and
 #: components of its coordinates, followed by 0 up to a number of 7.
-POSITIONS = tuple(tuple(x.components.index(i) if i in x.components else -1 for i in range(7)) for x in KINDS)
-COMPONENTS = tuple(x.components + (0,) * (7 - x.size) for x in KINDS)
+POSITIONS = tuple(tuple(x.index(i) if i in x else -1 for i in range(7)) for x in _components)
+COMPONENTS = tuple(x + (0,) * (7 - len(x)) for x in _components)
 
 
 def code_of(kind: BodyKind, *, rotated: bool) -> int:

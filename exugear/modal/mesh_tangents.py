@@ -58,7 +58,7 @@ class Contact:
 
     @property
     def records(self) -> Records:
-        """Which the forces read by their addresses."""
+        """Which the forces read."""
         return self.copy.records
 
     def force(self, q: np.ndarray, v: np.ndarray | None = None) -> float:

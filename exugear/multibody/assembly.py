@@ -10,7 +10,6 @@ import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
 from exugear.contact.contact_frame import E_Z, GearBody, frame_on
-from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import (
     is_spatial,
     phase_of,
@@ -26,7 +25,7 @@ from exugear.gearbox.housing import Housing
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
-from exugear.mesh_force.kernel_records import address_of, changed
+from exugear.mesh_force.kernel_records import changed
 from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags
 from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import (
@@ -46,6 +45,7 @@ from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
 from exugear.multibody.moving_seats import add_moving_seats, located_seats, moving_seats, positions_on
 from exugear.multibody.planet_pins import Pin, add_pin, pin_of
+from exugear.multibody.recorder import Recorder
 from exugear.multibody.unbalance import add_unbalance
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
@@ -214,9 +214,11 @@ def _add_contact(
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     kinds = [kind_of(mbs, item) for item in items]
     frame = _frame(gearbox, number, kinds[:2], spatial=displaced or set(kinds) != {SPIN})
-    if ring := rings[number]:
-        frame = changed(frame, modes=ring.record.modes, ring=address_of(ring.record))
-    records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
+    ring = rings[number]
+    if ring:
+        frame = changed(frame, modes=ring.record.modes)
+    state = contact_state(ring.record if ring else None)
+    records = law.table, frame, state, stage.friction.table(stage.pair) if stage.friction else None
     contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair, ring)
     return AddedContact(contact, recorder, frame, ring)
 

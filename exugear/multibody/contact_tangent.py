@@ -23,13 +23,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact.recorder import HEADER
 from exugear.contact.reference_configuration import turns_forces
 from exugear.contact.rotation import BodyKind
-from exugear.mesh_force.kernel_records import address_of, changed, floats_of
+from exugear.mesh_force.kernel_records import changed, start_of_field
 from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, BY_PHASE, DAMPING, FORCE, law_slopes
-from exugear.mesh_force.layout import start_of_field
+from exugear.multibody.addresses import address_of, floats_of
 from exugear.multibody.integrator_steps import CONTACT_STATE, HELD, NOTED, OUT_OF_MESH
+from exugear.multibody.recorder import HEADER
 
 #: Step of differences of the geometry [m, rad], over the spacing of floats at the largest coordinate at least, and over
 #: the speed at which friction fades.

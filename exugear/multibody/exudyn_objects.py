@@ -9,7 +9,7 @@ import exudyn as exu
 import numpy as np
 
 from exugear.contact.contact_frame import GearBody
-from exugear.contact.rotation import EULER, KINDS, PLANAR, SPATIAL, SPIN, VECTOR, BodyKind
+from exugear.contact.rotation import PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, BodyKind
 from fem.support.validation import require
 
 #: Exudyn's class of a system.
@@ -24,8 +24,8 @@ BODIES = {
     "1D": ("Rotational", SPIN),
     "RigidBody2D": ("", PLANAR),
     "RigidBodyRxyz": ("", SPATIAL),
-    "RigidBodyEP": ("", KINDS[EULER]),
-    "RigidBodyRotVecLG": ("", KINDS[VECTOR]),
+    "RigidBodyEP": ("", PARAMETERS),
+    "RigidBodyRotVecLG": ("", ROTATION_VECTOR),
 }
 
 

@@ -14,19 +14,19 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact.contact_frame import frame_between
-from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import is_rotated, rotational_frame
 from exugear.contact.rotation import SPIN, BodyKind
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.kernel_records import address_of
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.multibody.addresses import address_of
 from exugear.multibody.contact_kernels import kernel_of
 from exugear.multibody.contact_tangent import ContactTangent, HeldContact, contact_tangent, spring_matrix
 from exugear.multibody.direct_call import direct
 from exugear.multibody.elastic_rings import RingInMesh
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
 from exugear.multibody.integrator_steps import contact_state
+from exugear.multibody.recorder import Recorder
 from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
