@@ -79,7 +79,8 @@ def contact_of(mbs, number: int, **changes: float) -> Contact:
     """A contact of a system by its object number, with changes of its frame, without torques that a run adds."""
     contact = stored_contact(mbs, number)
     table, frame, _, friction = contact.records
-    records = table, changed(frame, **changes), contact_state(), friction
+    state = contact_state(contact.ring.record if contact.ring else None)
+    records = table, changed(frame, **changes), state, friction
     return Contact(ContactCopy(contact.kernel, records, contact.kinds))
 
 
