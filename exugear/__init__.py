@@ -2,7 +2,6 @@
 
 import lazy_loader
 
-from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag, SkfDrag
 from exugear.gearbox.gearbox import Gearbox, exact_ratios
@@ -30,6 +29,7 @@ from exugear.multibody.gear_contact import CreateGearContact
 from exugear.multibody.gear_friction import CreateGearFriction
 from exugear.multibody.gear_sensor import CreateGearSensor
 from exugear.multibody.model import Model
+from exugear.multibody.recorder import Recorder
 from exugear.multibody.solver_settings import integrator
 from exugear.operation.load_spectrum import LoadCase, LoadSpectrum
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque

@@ -1,1 +1,1 @@
-"""Two gears on two bodies: their relative position, the compiled force of their mesh with friction, its samples."""
+"""Two gears on two bodies: their relative position, the compiled force of their mesh with friction."""

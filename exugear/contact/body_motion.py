@@ -15,12 +15,10 @@ from typing import NamedTuple
 
 from exugear.contact.relative_position import Row, Vector
 from exugear.contact.rotation import (
-    EULER,
-    IN_PLANE,
     RXYZ,
-    SPIN_ALONE,
     angular_velocity,
     attitude,
+    coordinates_of,
     moments,
     product,
     times,
@@ -77,25 +75,9 @@ def angles_of(matrix):
 
 
 @compiled
-def rotational(kind, x):
-    """The rotational coordinates (4) among those of a body (7)."""
-    return x[3], x[4], x[5], x[6] if kind == EULER else 0.0
-
-
-@compiled
-def coordinates_of(x, i, kind):
-    """Coordinates (7) of the body whose coordinates in x begin at i; displacements and tilts that it lacks are 0."""
-    if kind == SPIN_ALONE:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, x[i], 0.0
-    if kind == IN_PLANE:
-        return x[i], x[i + 1], 0.0, 0.0, 0.0, x[i + 2], 0.0
-    return x[i], x[i + 1], x[i + 2], x[i + 3], x[i + 4], x[i + 5], x[i + 6] if kind == EULER else 0.0
-
-
-@compiled
 def posture_of(gear, kind, q):
     """`Posture` of a body in space with coordinates q (7)."""
-    d, reference = rotational(kind, q), gear.rotation
+    d, reference = q[3:], gear.rotation
     p = reference[0] + d[0], reference[1] + d[1], reference[2] + d[2], reference[3] + d[3]
     matrix = attitude(kind, p)
     return Posture(p, matrix, product(matrix, rows_of(gear.axes)))
@@ -139,7 +121,7 @@ def motion_in(frame_axes, kind, posture, position, v, reference):
     a, b, c = angles_of(product(into, posture.gear))
     x, y, z = times(into, position)
     v_x, v_y, v_z = times(into, (v[0], v[1], v[2]))
-    omega = times(into, angular_velocity(kind, posture.rotation, posture.matrix, rotational(kind, v)))
+    omega = times(into, angular_velocity(kind, posture.rotation, posture.matrix, v[3:]))
     c_t = (cos(a) * omega[2] - sin(a) * omega[1]) / cos(b)
     a_t, b_t = omega[0] - sin(b) * c_t, cos(a) * omega[1] + sin(a) * omega[2]
     displaced = x, y, z, a - reference[3], b - reference[4], c - reference[5]
@@ -152,7 +134,7 @@ def relative_motions(frame, kind_1, kind_2, q_1, q_2, v_1, v_2):
     pinion, wheel = posture_of(frame.pinion, kind_1, q_1), posture_of(frame.wheel, kind_2, q_2)
     axes = axes_without_spin(pinion.gear)
     into, gear = transposed(axes), transposed(pinion.gear)
-    omega = times(into, angular_velocity(kind_1, pinion.rotation, pinion.matrix, rotational(kind_1, v_1)))
+    omega = times(into, angular_velocity(kind_1, pinion.rotation, pinion.matrix, v_1[3:]))
     v_x, v_y, v_z = times(into, (v_1[0], v_1[1], v_1[2]))
     spin_1 = atan2(-dot(into[0], gear[1]), dot(into[0], gear[0])) - frame.pinion.reference[5]
     at_origin, velocity = (0.0, 0.0, 0.0, 0.0, 0.0, spin_1), (v_x, v_y, v_z, omega[0], omega[1], omega[2])

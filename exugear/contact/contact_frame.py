@@ -10,7 +10,7 @@ import numpy as np
 
 from exugear.contact.body_motion import angles_of, axes_without_spin
 from exugear.contact.reference_configuration import reference_line, spatial_frame
-from exugear.contact.rotation import RXYZ, attitude
+from exugear.contact.rotation import BodyKind, attitude
 from exugear.mesh_force.kernel_records import changed
 from fem.support.validation import require
 from fem.units import mm
@@ -28,7 +28,7 @@ E_Z, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
 class GearBody:
     """Body of a gear: kind, reference coordinates of its node, the gear's axis (3) and centre (3) [m] on the body."""
 
-    kind: int
+    kind: BodyKind
     reference: np.ndarray
     axis: np.ndarray
     position: np.ndarray
@@ -36,7 +36,7 @@ class GearBody:
     @property
     def matrix(self) -> np.ndarray:
         """(3, 3) attitude in the reference configuration."""
-        return np.array(attitude(self.kind, tuple(np.append(self.reference[3:], 0.0)[:4])))
+        return np.array(attitude(self.kind.code, tuple(np.append(self.reference[3:], 0.0)[:4])))
 
     @property
     def direction(self) -> np.ndarray:
@@ -51,7 +51,7 @@ class GearBody:
     @property
     def counts_turns(self) -> bool:
         """Whether a coordinate is the spin about the gear's axis in any attitude: that of Rxyz about z of the body."""
-        return self.kind <= RXYZ and bool(abs(self.axis[2]) > 1 - ROUNDING)
+        return self.kind.counts_turns and bool(abs(self.axis[2]) > 1 - ROUNDING)
 
     @property
     def axial(self) -> float:
@@ -81,7 +81,7 @@ def frame_on(pair, phase: float, direction: int, bodies: tuple[GearBody, GearBod
     axes, axial = _axes_of_contact(bodies), [body.axial for body in bodies]
     reference = [_in_frame(axes, body) for body in bodies]
     global_z = bool((axes == np.eye(3)).all())
-    if global_z and all(body.kind <= RXYZ and body.axis[2] == 1 for body in bodies):
+    if global_z and all(body.kind.counts_turns and body.axis[2] == 1 for body in bodies):
         return spatial_frame(pair, phase, direction, axial, reference, **values)
     between = bodies[1].reference[:3] - bodies[0].reference[:3]
     mesh_axes = np.array(axes_without_spin(tuple(map(tuple, bodies[0].gear_axes))))
@@ -97,7 +97,7 @@ def frame_on(pair, phase: float, direction: int, bodies: tuple[GearBody, GearBod
 
 def _is_upright(bodies: tuple[GearBody, GearBody]) -> bool:
     """Whether a body turns about global z, which is then the axis of the contact."""
-    return any(body.kind < RXYZ for body in bodies)
+    return any(body.kind.turns_about_z for body in bodies)
 
 
 def _axes_of_contact(bodies: tuple[GearBody, GearBody]) -> np.ndarray:
@@ -152,9 +152,9 @@ def _spin_factors(body: GearBody) -> tuple[float, float]:
 
     An Rxyz node is singular where its z axis points along global x: no coordinate counts the turns there.
     """
-    if body.kind > RXYZ:
+    if not body.kind.counts_turns:
         return 0.0, 0.0
-    if body.kind < RXYZ:
+    if body.kind.turns_about_z:
         return 0.0, 1.0
     from_x, from_z = float(body.direction[0]), float(body.axis[2])
     apart = abs(np.arccos(min(abs(from_x), 1)) - np.arccos(min(abs(from_z), 1)))

@@ -10,26 +10,35 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
-from numba import carray
 
 from exugear.contact.contact import Push
 from exugear.contact.relative_position import flank_of
 from exugear.mesh_force.force_kernels import StaticForce
-from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
 from exugear.mesh_force.pchip import hermite, hermite_slope
 from fem.support.numba_cache import compiled
 
-#: The ring in a mesh. Numbers of modes and of values around the ring; addresses of g and its slope per spacing
-#: (2, points, modes, 2), of the driving and the coast flank, of modal masses, stiffnesses and damping (modes), of room
-#: for amplitudes and rates (2 modes), and for g here (modes) and forces (modes); position of the mesh on the ring at
-#: phase 0 and its change per pitch, in spacings; sum of g^2 over the modal masses in the reference configuration
-#: [1/kg].
-RING = record_type(
-    *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping")),
-    *((name, "i8") for name in ("state", "along", "forces")),
-    *((name, "f8") for name in ("start", "pitch", "mobility")),
-)
-ring_at = reader(RING)
+
+class Ring(NamedTuple):
+    """A ring of m modes in a mesh.
+
+    table                        (2, points, m, 2) g and its slope per spacing, of the driving and the coast flank
+    masses, stiffness, damping   (m,) modal ones
+    state                        (2 m,) amplitudes and their rates
+    along, forces                (m,) where g here and the forces on the amplitudes are noted
+    start, pitch                 position of the mesh on the ring at phase 0 and its change per pitch, in spacings
+    mobility                     sum of g^2 over the modal masses in the reference configuration [1/kg]
+    """
+
+    table: np.ndarray
+    masses: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    state: np.ndarray
+    along: np.ndarray
+    forces: np.ndarray
+    start: float
+    pitch: float
+    mobility: float
 
 
 class Flexed(NamedTuple):
@@ -41,7 +50,6 @@ class Flexed(NamedTuple):
                     configuration [1/kg]
     acceleration    of the advance by the stiffness of the modes [m/s^2]
     jerk            its change per time [m/s^3]
-    in_step         acceleration by their stiffness and damping in a step of the integrator [m/s^2]
     """
 
     advance: float
@@ -50,7 +58,6 @@ class Flexed(NamedTuple):
     mobility: float
     acceleration: float
     jerk: float
-    in_step: float
 
 
 class Span(NamedTuple):
@@ -68,11 +75,11 @@ class Span(NamedTuple):
 @compiled
 def span_at(ring, side, phase):
     """`Span` of a ring, pressed on a side, at the phase of the driving flank."""
-    table = carray(doubles_at(ring.table), (2, ring.points, ring.modes, 2))[0 if side > 0.0 else 1]
+    table = ring.table[0 if side > 0.0 else 1]
     position = ring.start + ring.pitch * phase
     first = np.floor(position)
-    i = int(first) % ring.points
-    return Span(table[i], table[(i + 1) % ring.points], position - first)
+    i = int(first) % len(table)
+    return Span(table[i], table[(i + 1) % len(table)], position - first)
 
 
 @compiled
@@ -84,14 +91,12 @@ def shape_in(span, mode):
 
 
 @compiled
-def flexed(ring, law, motion, steps):
-    """`Flexed` in a motion of rigid gears; notes g of all modes; steps: of the integrator, of the contact's state."""
-    flank, m = flank_of(law, motion.advance, motion.opening, motion.phase), ring.modes
-    masses, stiffness = carray(doubles_at(ring.masses), m), carray(doubles_at(ring.stiffness), m)
-    damping = carray(doubles_at(ring.damping), m)
-    state, along = carray(doubles_at(ring.state), 2 * m), carray(doubles_at(ring.along), m)
+def flexed(ring, law, motion):
+    """`Flexed` in a motion of rigid gears; notes g of all modes."""
+    flank, m = flank_of(law, motion.advance, motion.opening, motion.phase), len(ring.masses)
+    masses, stiffness, state, along = ring.masses, ring.stiffness, ring.state, ring.along
     span = span_at(ring, flank.side, motion.phase)
-    advance, rate, slope, acceleration, jerk, in_step, mobility = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -ring.mobility
+    advance, rate, slope, acceleration, jerk, mobility = 0.0, 0.0, 0.0, 0.0, 0.0, -ring.mobility
     for j in range(m):
         g, g_u = shape_in(span, j)
         x, y = state[j], state[m + j]
@@ -99,10 +104,8 @@ def flexed(ring, law, motion, steps):
         advance, rate, slope = advance + g * x, rate + g * y, slope + g_u * x
         spring, mobility = g * stiffness[j], mobility + g * g / masses[j]
         acceleration, jerk = acceleration + spring * x / masses[j], jerk + spring * y / masses[j]
-        yielding = masses[j] + steps.deflection * stiffness[j] + steps.rate * damping[j]
-        in_step = in_step + (spring * x + g * damping[j] * y) / yielding
     by_phase = ring.pitch * slope
-    return Flexed(advance, rate + by_phase * motion.phase_rate, by_phase, mobility, acceleration, jerk, in_step)
+    return Flexed(advance, rate + by_phase * motion.phase_rate, by_phase, mobility, acceleration, jerk)
 
 
 @compiled
@@ -127,9 +130,8 @@ def with_torque_on_phase(push, flexed, force):
 @compiled
 def note_forces(ring, force):
     """Note the forces of a mesh force [N] on the amplitudes, where the ring was flexed last."""
-    along, forces = carray(doubles_at(ring.along), ring.modes), carray(doubles_at(ring.forces), ring.modes)
-    for j in range(ring.modes):
-        forces[j] = force * along[j]
+    for j in range(len(ring.forces)):
+        ring.forces[j] = force * ring.along[j]
 
 
 def spacings(angle: float, points: int) -> float:

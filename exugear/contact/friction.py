@@ -3,17 +3,14 @@
 from math import floor, log, tanh
 from typing import NamedTuple
 
-from numba import carray
-
 from exugear.contact.relative_position import Row, normal_of, pitch_share, row_of
 from exugear.contact.vectors import cross, row_dot, row_scaled, row_total, scaled, total
 from exugear.mesh_force.force_kernels import centroid_of
-from exugear.mesh_force.kernel_records import doubles_at, reader, start_of
+from exugear.mesh_force.kernel_records import array_behind
 from exugear.mesh_force.mesh_friction import FRICTION
 from fem.support.numba_cache import compiled
 
 FRICTION_SIZE = FRICTION.itemsize
-friction_at = reader(FRICTION)
 NO_FORCES = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -57,7 +54,7 @@ def friction_forces(friction, phase, force, speed):
 def force_and_arm(friction, phase, force):
     """Values of the tables, linear over phase and over ln of the force."""
     n, m = friction.steps, friction.rows
-    tables = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, m, n))
+    tables = array_behind(friction, FRICTION_SIZE, (2, m, n))
     cycles = phase * friction.per_pitches
     x = (cycles - floor(cycles)) * n
     i = min(int(x), n - 1)

@@ -15,7 +15,7 @@ from exugear.contact.relative_position import (
 )
 from exugear.contact.rotation import by_angles
 from exugear.contact.vectors import dot
-from exugear.mesh_force.kernel_records import changed, reader, record_of, record_type
+from exugear.mesh_force.kernel_records import changed, record_of, record_type
 from fem.gear.involute import involute
 from fem.support.numba_cache import kept
 
@@ -40,8 +40,7 @@ GEAR = record_type(
 #: pinion and wheel from that of their carrier [m] and their tilts about x and y [rad], which stand in the housing while
 #: the carrier turns, 0 of planets;
 #: gap: of the driving flanks where they should touch, by a tooth that is thinner than those of other planets [m];
-#: modes: number of coordinates of an elastic ring behind those of the bodies, ring: address of its
-#: `exugear.contact.elastic_ring.RING`, 0 without.
+#: modes: number of coordinates of an elastic ring behind those of the bodies.
 CONTACT_FRAME = record_type(
     ("pitches_per_radian", "f8"),
     ("phase", "f8"),
@@ -58,11 +57,9 @@ CONTACT_FRAME = record_type(
     ("fixed", "f8", (2, 4)),
     ("gap", "f8"),
     ("modes", "i8"),
-    ("ring", "i8"),
     ("pinion", GEAR),
     ("wheel", GEAR),
 )
-frame_at = reader(CONTACT_FRAME)
 #: Displacements of a body in its reference configuration.
 AT_REFERENCE = (0.0,) * 6
 

@@ -1,28 +1,116 @@
-"""Kinds of bodies of Exudyn and their attitude: rotation matrix, angular velocity and generalized moments.
+"""Kinds of bodies that carry gears: their coordinates, attitude, angular velocity and generalized forces.
 
 Matrices are tuples of three rows; moments and angular velocities are components along the global axes. Rotational
 coordinates are passed as four numbers, unused ones as 0: angles of Rx(a) Ry(b) Rz(c); Euler parameters; or a rotation
 vector, whose rates are the angular velocity along the axes of the body.
 """
 
+from collections.abc import Callable
 from math import cos, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from fem.support.numba_cache import compiled, kept
 
-#: Kinds of bodies for compiled code. In a rotated contact frame the attitude of those from RXYZ on has to be computed;
-#: those beyond RXYZ do not count turns.
-SPIN_ALONE, IN_PLANE, UPRIGHT, RXYZ, EULER, VECTOR = 1, 3, 5, 6, 7, 8
-#: Number of coordinates of each kind of body.
-SIZES = {SPIN_ALONE: 1, IN_PLANE: 3, UPRIGHT: 6, RXYZ: 6, EULER: 7, VECTOR: 6}
-#: Names of the kinds.
-SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
-PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
-CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
-
 #: Angle [rad] below which series of two terms are exact.
 SMALL_ANGLE = 1e-4
+
+
+def velocity_by_vector(vector: np.ndarray) -> np.ndarray:
+    """(3, 3) angular velocity along the axes of a body = matrix . time derivative of its rotation vector (3).
+
+    Source: Bullo and Murray, Proportional derivative control on the Euclidean group, ECC (1995).
+    """
+    x, y, z = vector.tolist()
+    crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angle = sqrt(x * x + y * y + z * z)
+    if angle < SMALL_ANGLE:
+        return np.eye(3) - crossed / 2 + crossed @ crossed / 6
+    return np.eye(3) - (1 - cos(angle)) / angle**2 * crossed + (angle - sin(angle)) / angle**3 * crossed @ crossed
+
+
+class BodyKind(NamedTuple):
+    """A kind of body that carries a gear.
+
+    name            in messages
+    code            for compiled code: kinds below `RXYZ` turn about z of the contact frame alone, those beyond it do
+                    not count their turns
+    components      that are its coordinates, in their order: 0, 1, 2 of the displacement, 3 to 6 of the rotation, of
+                    which 5 is the spin of kinds up to `RXYZ`
+    angular_rates   (3, 3) rates per time derivative of its rotational coordinates (3), where the former are no
+                    derivatives but angular velocities
+    """
+
+    name: str
+    code: int
+    components: tuple[int, ...]
+    angular_rates: Callable[[np.ndarray], np.ndarray] | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.components)
+
+    @property
+    def turns_about_z(self) -> bool:
+        """Whether it turns about z of the contact frame alone."""
+        return self.code < RXYZ
+
+    @property
+    def counts_turns(self) -> bool:
+        """Whether a coordinate counts its turns."""
+        return self.code <= RXYZ
+
+
+#: Codes of the kinds. An upright body is a spatial one in a contact frame that is not rotated: its coordinates are
+#: displacements and angles in that frame, and its attitude need not be computed.
+SPIN_ALONE, IN_PLANE, UPRIGHT, RXYZ, EULER, VECTOR = range(6)
+SPIN = BodyKind("spin", SPIN_ALONE, (5,))
+PLANAR = BodyKind("planar", IN_PLANE, (0, 1, 5))
+SPATIAL = BodyKind("spatial", RXYZ, (0, 1, 2, 3, 4, 5))
+PARAMETERS = BodyKind("Euler parameters", EULER, (0, 1, 2, 3, 4, 5, 6))
+ROTATION_VECTOR = BodyKind("rotation vector", VECTOR, (0, 1, 2, 3, 4, 5), velocity_by_vector)
+#: Kinds by their codes.
+KINDS = {x.code: x for x in (SPIN, PLANAR, SPATIAL._replace(code=UPRIGHT), SPATIAL, PARAMETERS, ROTATION_VECTOR)}
+_components = [KINDS[code].components for code in sorted(KINDS)]
+#: For compiled code, by kind: positions of the components (7) among its coordinates, -1 of those that it lacks, and
+#: components of its coordinates, followed by 0 up to a number of 7.
+POSITIONS = tuple(tuple(x.index(i) if i in x else -1 for i in range(7)) for x in _components)
+COMPONENTS = tuple(x + (0,) * (7 - len(x)) for x in _components)
+
+
+def code_of(kind: BodyKind, *, rotated: bool) -> int:
+    """The code of a body in a contact frame that is rotated or not."""
+    return UPRIGHT if kind == SPATIAL and not rotated else kind.code
+
+
+@compiled
+def component(x, i, position):
+    """The component at a position among the coordinates of a body, which begin at i; 0 where the body lacks it."""
+    return x[i + position] if position >= 0 else 0.0
+
+
+@compiled
+def coordinates_of(x, i, kind):
+    """Components (7) of the body whose coordinates in x begin at i; displacements and tilts that it lacks are 0."""
+    p = POSITIONS[kind]
+    return (
+        component(x, i, p[0]),
+        component(x, i, p[1]),
+        component(x, i, p[2]),
+        component(x, i, p[3]),
+        component(x, i, p[4]),
+        component(x, i, p[5]),
+        component(x, i, p[6]),
+    )
+
+
+@compiled
+def on_coordinates(kind, forces):
+    """Generalized forces on the coordinates of a body, then others, of those (7) on all components."""
+    c = COMPONENTS[kind]
+    return forces[c[0]], forces[c[1]], forces[c[2]], forces[c[3]], forces[c[4]], forces[c[5]], forces[c[6]]
 
 
 @compiled
@@ -118,16 +206,3 @@ def moments(kind, p, matrix, m):
         return x, y, z, 0.0
     z = matrix[0][2] * m[0] + matrix[1][2] * m[1] + matrix[2][2] * m[2]
     return m[0], cos(p[0]) * m[1] + sin(p[0]) * m[2], z, 0.0
-
-
-def velocity_by_vector(vector: np.ndarray) -> np.ndarray:
-    """(3, 3) angular velocity along the axes of a body = matrix . time derivative of its rotation vector (3).
-
-    Source: Bullo and Murray, Proportional derivative control on the Euclidean group, ECC (1995).
-    """
-    x, y, z = vector.tolist()
-    crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle = sqrt(x * x + y * y + z * z)
-    if angle < SMALL_ANGLE:
-        return np.eye(3) - crossed / 2 + crossed @ crossed / 6
-    return np.eye(3) - (1 - cos(angle)) / angle**2 * crossed + (angle - sin(angle)) / angle**3 * crossed @ crossed

@@ -39,7 +39,7 @@ from exugear.mesh_force.increments import (
     variant_of,
     write_interval,
 )
-from exugear.mesh_force.kernel_records import doubles_at, reader, record_type, records_on_stack, start_of
+from exugear.mesh_force.kernel_records import array_behind, behind, floats_behind, record_type, records_on_stack
 from exugear.mesh_force.layout import FORCE_TABLE, TEETH
 from exugear.mesh_force.patches import (
     Cell,
@@ -52,7 +52,7 @@ from exugear.mesh_force.patches import (
     phase_cell,
     quintic,
     range_of,
-    table_at,
+    table_behind,
 )
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
 from fem.support.numba_cache import compiled
@@ -106,25 +106,25 @@ HEAD = from_dtype(FORCE_TABLE)
 CELL_TYPE = types.NamedTuple((types.int64, types.int64, types.float64), Cell)
 RANGE_TYPE = types.NamedUniTuple(types.float64, len(Range._fields), Range)
 POTENTIAL_TYPE = types.NamedUniTuple(types.float64, len(Potential._fields), Potential)
-teeth_at, pairs_on_stack = reader(TEETH), records_on_stack(PAIR, MOST)
+teeth_behind, pairs_on_stack = behind(TEETH), records_on_stack(PAIR, MOST)
 
 
 @compiled
 def teeth_of(table):
     """What a table is composed of."""
-    return teeth_at(start_of(table) + table.teeth)
+    return teeth_behind(table, table.teeth)
 
 
 @compiled
 def single_of(teeth):
     """The table of a single tooth pair."""
-    return table_at(start_of(teeth) + teeth.single_start)
+    return table_behind(teeth, teeth.single_start)
 
 
 @compiled
 def pitch_of(teeth, start, tooth):
     """Pitch deviation of a tooth [m], of those that begin at a start [bytes from the head]."""
-    return carray(doubles_at(start_of(teeth) + start + 8 * tooth), 1)[0]
+    return floats_behind(teeth, start)[tooth]
 
 
 @compiled
@@ -140,7 +140,7 @@ def coupling(teeth, kind, distance, s):
     at = min(max((s - teeth.coupled_first) * teeth.coupled_steps, 0.0), n - 1.0)
     i = min(int(at), n - 2)
     number = (kind * teeth.distances + distance - 1) * n + i
-    row = carray(doubles_at(start_of(teeth) + teeth.coupling_start + 16 * number), 4)
+    row = array_behind(teeth, teeth.coupling_start + 16 * number, 4)
     t, m = at - i, teeth.coupled_steps
     slope = 0.0 if at == 0.0 or at == n - 1.0 else m * hermite_slope(t, row[0], row[1], row[2], row[3])
     return hermite(t, row[0], row[1], row[2], row[3]), slope

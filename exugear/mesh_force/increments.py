@@ -8,9 +8,7 @@ and over t as often as Newton's method changes the load.
 from math import sqrt
 from typing import NamedTuple
 
-from numba import carray
-
-from exugear.mesh_force.kernel_records import doubles_at, reader, start_of
+from exugear.mesh_force.kernel_records import behind, floats_behind
 from exugear.mesh_force.layout import INCREMENT
 from exugear.mesh_force.patches import Patch
 from exugear.mesh_force.pchip import hermite, hermite_bend_weights, hermite_slope, weighted
@@ -24,7 +22,7 @@ GAUSS = ((0.1127016653792583, 5 / 18), (0.5, 8 / 18), (0.8872983346207417, 5 / 1
 #: the same at its upper end, then the work and its slope by s at the lower end.
 INTERVAL = 18
 NODE_SIZE = INCREMENT.itemsize
-node_at = reader(INCREMENT)
+node_behind = behind(INCREMENT)
 
 
 class Increment(NamedTuple):
@@ -69,13 +67,13 @@ def position_cell(teeth, s):
 def node(teeth, variant, i, j):
     """Node of a variant at position i and load j."""
     number = (variant * teeth.placed + i) * teeth.loads + j
-    return node_at(start_of(teeth) + teeth.increments_start + NODE_SIZE * number)
+    return node_behind(teeth, teeth.increments_start + NODE_SIZE * number)
 
 
 @compiled
 def variant_of(teeth, start, tooth):
     """Number of the increment of a tooth; -1: none."""
-    return int(carray(doubles_at(start_of(teeth) + start + 8 * tooth), 1)[0])
+    return int(floats_behind(teeth, start)[tooth])
 
 
 @compiled
@@ -85,7 +83,7 @@ def beside_sum(teeth, variant_1, variant_2):
         return -1
     block = variant_1 - variant_1 % teeth.in_block
     number = (variant_1 - block) * teeth.of_wheel + variant_2 - block - teeth.of_pinion
-    beside = int(carray(doubles_at(start_of(teeth) + teeth.meeting_start + 8 * number), 1)[0])
+    beside = int(floats_behind(teeth, teeth.meeting_start)[number])
     return block + beside if beside >= 0 else -1
 
 

@@ -1,9 +1,10 @@
-"""Records: named numbers that Python and the compiled kernels read alike; kernels get the address of a record.
+"""Records: named numbers that Python and the compiled kernels read alike, with further records and arrays behind them.
 
-An integer argument costs a call from Python a tenth of an array argument, and the direct call by Exudyn can pass it.
+What lies behind the head of a record has a start there, in bytes from the head, so that the type of the head, by which
+kernels are compiled, does not depend on how much that is.
 """
 
-from ctypes import c_double
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from llvmlite import ir
 from numba import carray, from_dtype, types
 from numba.core import cgutils
 from numba.extending import intrinsic
-from numba.np.unsafe import ndarray
 
 from fem.support.numba_cache import compiled
 
@@ -35,17 +35,15 @@ def changed(record: np.record, **values) -> np.record:
     return record_of(record.dtype, **{name: record[name] for name in record.dtype.names or ()} | values)
 
 
-def address_of(record: np.record | None) -> int:
-    """Address of a record, valid as long as the record lives; 0 for none."""
-    return 0 if record is None else np.frombuffer(record, np.uint8).ctypes.data
+def start_of_field(kind: np.dtype, name: str) -> int:
+    """Bytes from the start of a record to a field."""
+    return kind.fields[name][1]  # type: ignore[index]
 
 
-def floats_of(record: np.record) -> np.ndarray:
-    """The memory of a record as floats; it must live as long as they are used.
-
-    Numpy reads or writes an entry in a tenth of the time that a field of a record takes.
-    """
-    return np.ctypeslib.as_array((c_double * (record.dtype.itemsize // 8)).from_address(address_of(record)))
+def packed(records: Sequence[np.record]) -> tuple[np.ndarray, np.ndarray]:
+    """Copies of records in one array of floats, and their starts there (number,) [bytes]: `within` finds them."""
+    parts = [np.frombuffer(record, float) for record in records]
+    return np.concatenate(parts), np.cumsum([0, *(part.nbytes for part in parts[:-1])])
 
 
 def pointer_to(kind) -> Any:
@@ -62,15 +60,51 @@ def pointer_to(kind) -> Any:
     return intrinsic(to_pointer)
 
 
-def reader(kind: np.dtype) -> Any:
-    """The function for kernels: address -> the record of a type that begins there."""
+def _start_of(typing_context, record):
+    """The function for kernels: record -> its address."""
+
+    def code(context, builder, signature, arguments):
+        return builder.ptrtoint(arguments[0], context.get_value_type(types.int64))
+
+    return types.int64(record), code
+
+
+start_of: Any = intrinsic(_start_of)
+doubles_at = pointer_to(types.float64)
+
+
+def behind(kind: np.dtype) -> Any:
+    """The function for kernels: (record, start) -> the record of a type that begins there, in bytes from the first."""
     pointer = pointer_to(from_dtype(kind))
 
     @compiled
-    def record_at(address):
-        return carray(pointer(address), 1)[0]
+    def record_behind(record, start):
+        return carray(pointer(start_of(record) + start), 1)[0]
 
-    return record_at
+    return record_behind
+
+
+@compiled
+def floats_behind(record, start):
+    """The floats that begin at a start, in bytes from a record: to be read by their number alone."""
+    return doubles_at(start_of(record) + start)
+
+
+@compiled
+def array_behind(record, start, shape):
+    """The array of floats of a shape that begins at a start, in bytes from a record."""
+    return carray(doubles_at(start_of(record) + start), shape)
+
+
+def within(kind: np.dtype) -> Any:
+    """The function for kernels: (array of floats, start) -> the record of a type that begins there, in bytes."""
+    pointer = pointer_to(from_dtype(kind))
+
+    @compiled
+    def record_within(values, start):
+        return carray(pointer(np.intp(values.ctypes.data) + start), 1)[0]
+
+    return record_within
 
 
 def records_on_stack(kind: np.dtype, number: int) -> Any:
@@ -89,34 +123,3 @@ def records_on_stack(kind: np.dtype, number: int) -> Any:
         return pointer(), code
 
     return intrinsic(on_stack)
-
-
-def _start_of(typing_context, record):
-    """The function for kernels: record -> its address."""
-
-    def code(context, builder, signature, arguments):
-        return builder.ptrtoint(arguments[0], context.get_value_type(types.int64))
-
-    return types.int64(record), code
-
-
-def _put_all(typing_context, address, values):
-    """The function for kernels: (address, floats) -> None; it writes the floats of a tuple one after the other.
-
-    Numba reads the element of a tuple by a branch for each: loops over many take half a microsecond.
-    """
-
-    def code(context, builder, signature, arguments):
-        first = builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.float64)))
-        for i in range(len(signature.args[1])):
-            builder.store(builder.extract_value(arguments[1], i), builder.gep(first, [ir.IntType(32)(i)]))
-        return context.get_dummy_value()
-
-    return types.none(types.int64, values), code
-
-
-start_of: Any = intrinsic(_start_of)
-put_all: Any = intrinsic(_put_all)
-#: The function for kernels: (array, n) -> its n floats as a tuple.
-as_tuple: Any = ndarray.to_fixed_tuple
-doubles_at, floats_at, integers_at = (pointer_to(kind) for kind in (types.float64, types.float32, types.int64))

@@ -10,7 +10,6 @@ import numpy as np
 
 from exugear.mesh_force.composition import composed_potential
 from exugear.mesh_force.force_kernels import block_number, damping
-from exugear.mesh_force.kernel_records import start_of
 from exugear.mesh_force.offset_interpolation import (
     MOST_VALUES,
     Pair,
@@ -26,9 +25,9 @@ from exugear.mesh_force.patches import (
     EDGE_SIZE,
     NODE_SIZE,
     along_phase,
-    edge_at,
+    edge_behind,
     load_cell,
-    node_at,
+    node_behind,
     patch,
     phase_cell,
     quintic,
@@ -76,10 +75,10 @@ NO_SLOPES = BlockSlopes(ZEROS, 0.0, 0.0, 0.0, 0.0, ZEROS, 0.0)
 @compiled
 def bends_of_edge(table, block, cell):
     """Second derivatives by the phase of unloaded deflection and largest penetration [m per square pitch]."""
-    first, n = start_of(table) + table.edges_start, table.phase_steps
+    first, n = table.edges_start, table.phase_steps
     square, bend = table.steps_in_pitch * table.steps_in_pitch, hermite_bend_weights(cell.share)
-    a = edge_at(first + EDGE_SIZE * (block * n + cell.low))
-    b = edge_at(first + EDGE_SIZE * (block * n + cell.high))
+    a = edge_behind(table, first + EDGE_SIZE * (block * n + cell.low))
+    b = edge_behind(table, first + EDGE_SIZE * (block * n + cell.high))
     return (
         square * weighted(bend, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
         square * weighted(bend, a.largest, a.largest_slope, b.largest, b.largest_slope),
@@ -90,12 +89,13 @@ def bends_of_edge(table, block, cell):
 def over_u(table, start, block, cell, load):
     """`SecondOrder` over u and the phase of a patch of the nodes that begin at start [bytes from the head]."""
     w = patch(table, start, block, cell, load)
-    first, number, n = start_of(table) + start, table.penetration_steps + 1, table.phase_steps
+    number, n = table.penetration_steps + 1, table.phase_steps
     low, high = number * (block * n + cell.low) + load.low, number * (block * n + cell.high) + load.low
     bend = hermite_bend_weights(cell.share)
-    at_low = along_phase(bend, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
+    a, b = node_behind(table, start + NODE_SIZE * low), node_behind(table, start + NODE_SIZE * high)
     low, high = low + 1, high + 1
-    at_high = along_phase(bend, node_at(first + NODE_SIZE * low), node_at(first + NODE_SIZE * high))
+    c, d = node_behind(table, start + NODE_SIZE * low), node_behind(table, start + NODE_SIZE * high)
+    at_low, at_high = along_phase(bend, a, b), along_phase(bend, c, d)
     by_phases = table.steps_in_pitch * table.steps_in_pitch * quintic(load.share, at_low, at_high)[0]
     return SecondOrder(w.value, w.by_u, w.by_phase, w.by_uu, w.by_phase_u, by_phases)
 

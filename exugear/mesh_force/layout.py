@@ -107,8 +107,3 @@ def table_type(
         *([("coast", coast)] if coast is not None else []),
         *([("teeth", teeth)] if teeth is not None else []),
     )
-
-
-def start_of_field(kind: np.dtype, name: str) -> int:
-    """Bytes from the start of a record to a field."""
-    return kind.fields[name][1]  # type: ignore[index]

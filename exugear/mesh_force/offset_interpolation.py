@@ -9,9 +9,8 @@ lever, which makes the sum the cubic Hermite polynomial through values and slope
 from typing import NamedTuple
 
 import numpy as np
-from numba import carray
 
-from exugear.mesh_force.kernel_records import doubles_at, start_of
+from exugear.mesh_force.kernel_records import array_behind
 from exugear.mesh_force.layout import SLOPE_WEIGHTS
 from fem.support.numba_cache import compiled
 
@@ -47,7 +46,7 @@ class TiltStencil(NamedTuple):
 @compiled
 def axis_of(table, offset):
     """Values of an offset's axis."""
-    return carray(doubles_at(start_of(table) + table.axes_start[offset]), table.offset_counts[offset])
+    return array_behind(table, table.axes_start[offset], table.offset_counts[offset])
 
 
 @compiled
@@ -68,7 +67,7 @@ def interval(table, offset, x):
 def slope_weights_of(table, offset, j, first):
     """Weights, in the slope at value j of an axis, of four values from the first one on."""
     count = table.offset_counts[offset]
-    slopes = carray(doubles_at(start_of(table) + table.slopes_start[offset]), (count, SLOPE_WEIGHTS))
+    slopes = array_behind(table, table.slopes_start[offset], (count, SLOPE_WEIGHTS))
     before, middle, after = slopes[j, 0], slopes[j, 1], slopes[j, 2]
     begins = max(0, min(j - 1, count - SLOPE_WEIGHTS))
     return (before, middle, after, 0.0) if begins == first else (0.0, before, middle, after)

@@ -7,7 +7,7 @@ force whose slope over the deflection is continuous.
 from math import floor, nan, sqrt
 from typing import NamedTuple
 
-from exugear.mesh_force.kernel_records import reader, start_of
+from exugear.mesh_force.kernel_records import behind
 from exugear.mesh_force.layout import EDGE, FORCE_TABLE, NODE
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights, weighted
 from fem.support.numba_cache import compiled
@@ -16,7 +16,7 @@ from fem.support.numba_cache import compiled
 LARGEST_PHASE = 1e12
 #: Sizes of the entries of a table [bytes].
 EDGE_SIZE, NODE_SIZE = EDGE.itemsize, NODE.itemsize
-table_at, edge_at, node_at = reader(FORCE_TABLE), reader(EDGE), reader(NODE)
+table_behind, edge_behind, node_behind = behind(FORCE_TABLE), behind(EDGE), behind(NODE)
 
 
 class Cell(NamedTuple):
@@ -58,7 +58,7 @@ class Jet(NamedTuple):
 @compiled
 def table_of(table, side):
     """The table of the driving (side 1) or coast flank (-1): the same where the latter is the mirror image."""
-    return table if side > 0.0 else table_at(start_of(table) + table.coast)
+    return table if side > 0.0 else table_behind(table, table.coast)
 
 
 @compiled
@@ -84,7 +84,7 @@ def load_cell(table, share):
 @compiled
 def edge(table, block, i):
     """The edge of a block at a phase step."""
-    return edge_at(start_of(table) + table.edges_start + EDGE_SIZE * (block * table.phase_steps + i))
+    return edge_behind(table, table.edges_start + EDGE_SIZE * (block * table.phase_steps + i))
 
 
 @compiled(forceinline=True)
@@ -103,10 +103,11 @@ def range_of(table, block, phase):
 @compiled(forceinline=True)
 def nodes_of(table, start, block, phase, j):
     """Nodes of a block at a load step j, at the lower and upper phase of a cell, and the same at the next load step."""
-    first, number = start_of(table) + start, table.penetration_steps + 1
+    number = table.penetration_steps + 1
     low, high = number * (block * table.phase_steps + phase.low), number * (block * table.phase_steps + phase.high)
-    a, b = node_at(first + NODE_SIZE * (low + j)), node_at(first + NODE_SIZE * (high + j))
-    c, d = node_at(first + NODE_SIZE * (low + j + 1)), node_at(first + NODE_SIZE * (high + j + 1))
+    a, b = node_behind(table, start + NODE_SIZE * (low + j)), node_behind(table, start + NODE_SIZE * (high + j))
+    low, high = low + 1, high + 1
+    c, d = node_behind(table, start + NODE_SIZE * (low + j)), node_behind(table, start + NODE_SIZE * (high + j))
     return a, b, c, d
 
 

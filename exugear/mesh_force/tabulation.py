@@ -9,18 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.mesh_force.kernel_records import changed, record_of
-from exugear.mesh_force.layout import (
-    EDGE,
-    FORCE_TABLE,
-    NODE,
-    OFFSETS,
-    PENETRATIONS,
-    RESAMPLED,
-    U,
-    start_of_field,
-    table_type,
-)
+from exugear.mesh_force.kernel_records import changed, record_of, start_of_field
+from exugear.mesh_force.layout import EDGE, FORCE_TABLE, NODE, OFFSETS, PENETRATIONS, RESAMPLED, U, table_type
 from exugear.mesh_force.offset_interpolation import slope_weights
 from exugear.mesh_force.pchip import hermite_weights, monotone_cubic, periodic_cubics, weighted
 from fem.support.validation import require

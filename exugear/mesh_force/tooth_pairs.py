@@ -9,8 +9,8 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.mesh_force.kernel_records import record_of
-from exugear.mesh_force.layout import INCREMENT, TEETH, start_of_field
+from exugear.mesh_force.kernel_records import record_of, start_of_field
+from exugear.mesh_force.layout import INCREMENT, TEETH
 from fem.ste.load_interpolation import deflection_under, over_parts
 from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_of
 from fem.support.validation import set_fields

@@ -58,7 +58,7 @@ class Contact:
 
     @property
     def records(self) -> Records:
-        """Which the forces read by their addresses."""
+        """Which the forces read."""
         return self.copy.records
 
     def force(self, q: np.ndarray, v: np.ndarray | None = None) -> float:
@@ -79,7 +79,8 @@ def contact_of(mbs, number: int, **changes: float) -> Contact:
     """A contact of a system by its object number, with changes of its frame, without torques that a run adds."""
     contact = stored_contact(mbs, number)
     table, frame, _, friction = contact.records
-    records = table, changed(frame, **changes), contact_state(), friction
+    state = contact_state(contact.ring.record if contact.ring else None)
+    records = table, changed(frame, **changes), state, friction
     return Contact(ContactCopy(contact.kernel, records, contact.kinds))
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
 from exugear.contact.contact_frame import E_Z, GearBody, frame_on
-from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import (
     is_spatial,
     phase_of,
@@ -19,14 +18,14 @@ from exugear.contact.reference_configuration import (
     rotational_row,
     spatial_row,
 )
-from exugear.contact.rotation import CODES, SPIN
+from exugear.contact.rotation import SPIN, BodyKind
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox, anchors_of
 from exugear.gearbox.housing import Housing
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
-from exugear.mesh_force.kernel_records import address_of, changed
+from exugear.mesh_force.kernel_records import changed
 from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags
 from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import (
@@ -46,6 +45,7 @@ from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
 from exugear.multibody.moving_seats import add_moving_seats, located_seats, moving_seats, positions_on
 from exugear.multibody.planet_pins import Pin, add_pin, pin_of
+from exugear.multibody.recorder import Recorder
 from exugear.multibody.unbalance import add_unbalance
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
@@ -214,9 +214,11 @@ def _add_contact(
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     kinds = [kind_of(mbs, item) for item in items]
     frame = _frame(gearbox, number, kinds[:2], spatial=displaced or set(kinds) != {SPIN})
-    if ring := rings[number]:
-        frame = changed(frame, modes=ring.record.modes, ring=address_of(ring.record))
-    records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
+    ring = rings[number]
+    if ring:
+        frame = changed(frame, modes=ring.record.modes)
+    state = contact_state(ring.record if ring else None)
+    records = law.table, frame, state, stage.friction.table(stage.pair) if stage.friction else None
     contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair, ring)
     return AddedContact(contact, recorder, frame, ring)
 
@@ -228,7 +230,7 @@ def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.
     return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
-def _frame(gearbox: Gearbox, number: int, kinds: Sequence[str], *, spatial: bool) -> np.record:
+def _frame(gearbox: Gearbox, number: int, kinds: Sequence[BodyKind], *, spatial: bool) -> np.record:
     """Contact frame of a stage on bodies of these kinds; spatial: whether they are displaced, or move beside spins."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
     direction = gearbox.flank_senses[number]
@@ -236,7 +238,7 @@ def _frame(gearbox: Gearbox, number: int, kinds: Sequence[str], *, spatial: bool
     if not spatial:
         return changed(rotational_frame(stage.pair, phase, direction), gap=gap)
     pinion, wheel = (
-        GearBody(CODES[kind], np.array(pose(gearbox, shaft)), E_Z, (s - shaft.centre) * E_Z)
+        GearBody(kind, np.array(pose(gearbox, shaft)), E_Z, (s - shaft.centre) * E_Z)
         for kind, shaft, s in zip(kinds, (stage.fast, stage.slow), stage.axial_positions, strict=True)
     )
     nominal: dict[str, Any] = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0, "gap": gap}

@@ -25,12 +25,13 @@ from exugear.gearbox.bearing_law import (
 from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
 from exugear.gearbox.seats_on_shafts import DragBetween
 from exugear.gearbox.shaft import Shaft
-from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
+from exugear.mesh_force.kernel_records import record_of, record_type, start_of
+from exugear.multibody.addresses import address_of, doubles_at, reader
 from exugear.multibody.direct_call import direct
-from exugear.multibody.rolling_bearings import add_rolling_bearing
+from exugear.multibody.rolling_bearings import add_rolling_bearing, law_at
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.planning.coordinates import Coordinates
-from exugear.rolling_bearings.law import LawRecord, law_at, reaction
+from exugear.rolling_bearings.law import LawRecord, reaction
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
@@ -243,7 +244,7 @@ def drag_record(shaft: Shaft, laws: Mapping[float, np.record | LawRecord]) -> np
             entry["loaded"] = 1
             entry["stiffness"] = linear_part(shaft.bearings[axial], axial - shaft.centre)[:2, :5]
             law = laws.get(axial)
-            entry["rolling_law"] = law.address if isinstance(law, LawRecord) else 0
+            entry["rolling_law"] = address_of(law.record) if isinstance(law, LawRecord) else 0
             entry["law"] = address_of(law) if isinstance(law, np.record) else 0
     kind = record_type(("head", DRAGS), ("drags", DRAG, len(entries)))
     return record_of(kind, head=record_of(DRAGS, number=len(entries)), drags=entries)

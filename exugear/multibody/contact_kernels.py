@@ -9,7 +9,6 @@ from functools import cache
 from math import cos, sin
 
 import numpy as np
-from numba import carray
 
 from exugear.contact.body_motion import BodyMotion, forces_on, motions_of, recorded_motions
 from exugear.contact.contact import (
@@ -20,14 +19,15 @@ from exugear.contact.contact import (
     spin_forces,
     spin_motion,
 )
-from exugear.contact.elastic_ring import flexed, note_forces, ring_at, with_torque_on_phase
-from exugear.contact.friction import friction_at, friction_in_space, friction_of_spins
-from exugear.contact.recorder import recorded_components, sample_of, write
-from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
-from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
+from exugear.contact.elastic_ring import flexed, note_forces, with_torque_on_phase
+from exugear.contact.friction import friction_in_space, friction_of_spins
+from exugear.contact.reference_configuration import CONTACT_FRAME, is_rotated, is_spatial
+from exugear.contact.rotation import KINDS, SPIN, BodyKind, code_of, on_coordinates
 from exugear.contact.vectors import cross, dot, row_dot, row_total
-from exugear.mesh_force.kernel_records import as_tuple, doubles_at, put_all
-from exugear.mesh_force.patches import table_at
+from exugear.mesh_force.layout import FORCE_TABLE
+from exugear.mesh_force.mesh_friction import FRICTION
+from exugear.multibody.addresses import as_tuple, put_all, reader
+from exugear.multibody.elastic_rings import ring_at, ring_record_at
 from exugear.multibody.imposed_motion import Spin, in_carrier, spin_of, torque_on, with_spin
 from exugear.multibody.integrator_steps import (
     Beside,
@@ -37,19 +37,16 @@ from exugear.multibody.integrator_steps import (
     shifted,
     state_at,
 )
+from exugear.multibody.recorder import recorded_components, sample_of, write
 from fem.support.numba_cache import compiled, kept
 
+table_at, frame_at, friction_at = reader(FORCE_TABLE), reader(CONTACT_FRAME), reader(FRICTION)
 STANDING = Spin(0.0, 0.0, 0.0)
 #: Velocity in the plane of an axis that stands.
 AT_REST = (0.0, 0.0, 0.0, 0.0)
 
 
-def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
-    """Codes of the bodies, those on Rxyz nodes upright unless the contact frame is rotated."""
-    return [UPRIGHT if kind == SPATIAL and not rotated else CODES[kind] for kind in kinds]
-
-
-def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
+def kernel_of(kinds: tuple[BodyKind, ...], frame: np.record, *, rubs: bool):
     """The function (law, frame, state, friction, record, t, *coordinates, *velocities) -> generalized forces.
 
     The first five are addresses: of a table's head, a contact frame, a contact state, a record of the friction, and a
@@ -62,7 +59,8 @@ def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
     """
     if set(kinds) == {SPIN} and not is_spatial(frame):
         return _spin_contact(len(kinds), int(rubs), int(frame.modes))
-    return _spatial_contact(*codes_of(kinds[:2], is_rotated(frame)), int(rubs), len(kinds) - 2, int(frame.modes))
+    codes = [code_of(kind, rotated=is_rotated(frame)) for kind in kinds[:2]]
+    return _spatial_contact(*codes, int(rubs), len(kinds) - 2, int(frame.modes))
 
 
 @cache
@@ -89,7 +87,7 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
         by_carrier = (frame.pinion.r_b + frame.wheel.r_b) * carrier.speed if state.imposed[2] else 0.0
         beside = Beside(frame.direction * (by_pinion + by_wheel - by_carrier), 0.0, 0.0, 0.0)
         amplitudes = None if modes == 0 else coordinates[bodies:before_rates] + coordinates[rates:]
-        pushed = push_by_ring(law, frame, state, motion, beside, None, amplitudes)
+        pushed = push_by_ring(law, state, motion, beside, None, amplitudes)
         motion, push, force, pulsed, dissipation, lag = pushed
         torque_1, torque_2 = spin_forces(frame, push, pulsed)
         rub = friction_of_spins(friction_at(friction) if rubs == 1 else None, frame, push, pinion.speed, wheel.speed)
@@ -104,7 +102,7 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
         torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
         if modes > 0:
-            return torques + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
+            return torques + as_tuple(ring_at(state.ring).forces, modes)
         return torques
 
     return spin_contact
@@ -136,7 +134,7 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
 
 
 @compiled(forceinline=True)
-def push_by_ring(law, frame, state, motion, beside, offsets, amplitudes):
+def push_by_ring(law, state, motion, beside, offsets, amplitudes):
     """(`Motion` ahead, `Push`, force, force with that of a pulse [N], dissipated power [W], lag of the advance [m]).
 
     What `push_in_step` gives, also of a ring whose rim is flexed, by which the advance lags.
@@ -146,10 +144,10 @@ def push_by_ring(law, frame, state, motion, beside, offsets, amplitudes):
     if amplitudes is None:
         ahead, push, force, dissipation = push_in_step(law, state, motion, beside, offsets)
         return ahead, push, force, force + state.steps.pulse_force, dissipation, 0.0
-    ring = ring_at(frame.ring)
-    put_all(ring.state, amplitudes)
-    rim = flexed(ring, law, motion, state.steps)
-    behind, with_modes = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, rim)
+    put_all(ring_record_at(state.ring).state, amplitudes)
+    ring = ring_at(state.ring)
+    rim = flexed(ring, law, motion)
+    behind, with_modes = shifted(motion, -rim.advance, -rim.rate), beside_ring(state, beside, ring, rim)
     ahead, push, force, dissipation = push_in_step(law, state, behind, with_modes, offsets)
     pulsed = force + state.steps.pulse_force
     note_forces(ring, pulsed)
@@ -157,12 +155,24 @@ def push_by_ring(law, frame, state, motion, beside, offsets, amplitudes):
 
 
 @compiled
-def beside_ring(state, beside, rim):
-    """`Beside` the mesh with the springs of the modes of an elastic ring, `Flexed`."""
+def beside_ring(state, beside, ring, rim):
+    """`Beside` the mesh with the springs of the modes of an elastic ring, which is `Flexed`."""
     lag, force = state.steps.lag, state.steps.last_force
-    by_bearings, lag_rate = beside.by_bearings + rim.in_step, beside.lag_rate - lag * rim.jerk
+    by_bearings, lag_rate = beside.by_bearings + springs_in_step(ring, state.steps), beside.lag_rate - lag * rim.jerk
     held = beside.held + lag * (rim.mobility * force - rim.acceleration)
     return Beside(beside.imposed_rate, by_bearings, lag_rate, held)
+
+
+@compiled
+def springs_in_step(ring, steps):
+    """Acceleration of the advance by stiffness and damping of the modes of a ring in a step [m/s^2]."""
+    m, acceleration = len(ring.masses), 0.0
+    for j in range(m):
+        g, x, y = ring.along[j], ring.state[j], ring.state[m + j]
+        spring, damper = g * ring.stiffness[j], g * ring.damping[j]
+        yielding = ring.masses[j] + steps.deflection * ring.stiffness[j] + steps.rate * ring.damping[j]
+        acceleration = acceleration + (spring * x + damper * y) / yielding
+    return acceleration
 
 
 @compiled
@@ -219,8 +229,8 @@ def displaced(motion, moved, slope, speed):
 @cache
 def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: int):
     """The compiled contact of two kinds of bodies, as `_spin_contact`; carried: 1 of spins on a carrier."""
-    n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
-    components, bodies = recorded_components(n_1, n_2), n_1 + n_2 + carried
+    n_1, n_2 = KINDS[kind_1].size, KINDS[kind_2].size
+    components, bodies = recorded_components(KINDS[kind_1], KINDS[kind_2]), n_1 + n_2 + carried
     before_rates, rates = bodies + modes, 2 * bodies + modes
 
     @kept
@@ -247,7 +257,7 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
         amplitudes = None if modes == 0 else all_coordinates[bodies:before_rates] + all_coordinates[rates:]
-        pushed = push_by_ring(law, frame, state, motion, beside, geometry.position.offsets, amplitudes)
+        pushed = push_by_ring(law, state, motion, beside, geometry.position.offsets, amplitudes)
         motion, push, force, pulsed, dissipation, lag = pushed
         forces_1, forces_2 = space_forces(frame, geometry, push, pulsed)
         rub = friction_in_space(
@@ -283,12 +293,12 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         if carried == 1:
             torques = spun_1, spun_2, torque_on(state, 2, carrier, torque_3)
             if modes > 0:
-                return torques + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
+                return torques + as_tuple(ring_at(state.ring).forces, modes)
             return torques
-        on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
-        on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
+        on_pinion = on_coordinates(kind_1, (*f[:5], spun_1, f[6]))[:n_1]
+        on_wheel = on_coordinates(kind_2, (*g[:5], spun_2, g[6]))[:n_2]
         if modes > 0:
-            return on_pinion + on_wheel + as_tuple(carray(doubles_at(ring_at(frame.ring).forces), modes), modes)
+            return on_pinion + on_wheel + as_tuple(ring_at(state.ring).forces, modes)
         return on_pinion + on_wheel
 
     return spatial_contact

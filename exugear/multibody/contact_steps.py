@@ -12,6 +12,7 @@ from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
 from exugear.multibody.model import BearingTangents, Mesh, Model, added_in_steps, bearing_tangents, on_body
 from exugear.multibody.rolling_bearings import predict_bearings
+from exugear.multibody.velocity_lag import lag_of
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
 
@@ -32,7 +33,7 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
     matrix = system.mass + steps.deflection * system.stiffness + steps.rate * system.damping
     accelerations = np.linalg.solve(matrix, row)
     steps.compliance = row @ accelerations
-    steps.mobility, steps.lag = (mesh.mobility, rule.lag) if rule.lag else (0.0, 0.0)
+    steps.mobility, steps.lag = (mesh.mobility, lag_of(rule)) if lag_of(rule) else (0.0, 0.0)
     by_bearings = np.zeros((2, mesh.row.size))
     if mesh.stage.carrier and mesh.stage.carrier.name in model.gearbox.carriers_of_pins:
         # The directions in which pins and bearings push turn with the carrier: the first guess leaves them out.
@@ -84,7 +85,7 @@ def lag_corrected(model: Model, rule: Rule, held: Sequence[str]) -> Iterator[Non
 @contextmanager
 def _shafts_in_steps(model: Model, rule: Rule, held: Sequence[str]) -> Iterator[tuple[Mesh, ...]]:
     """Let elastic shafts keep their frequencies in the steps of the fourth-order rule; the meshes between them."""
-    if not (model.elastics and rule.lag):
+    if not (model.elastics and lag_of(rule)):
         yield model.meshes
         return
     mbs, before, names = model.bare_mbs, {}, ("massMatrix", "dampingMatrix")
@@ -129,11 +130,11 @@ def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator
     predict_bearings(model.bare_mbs, rule if rule.spectral_radius is None else None)
     bearings = bearing_tangents(model, np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL)))
     for pin in model.pins:
-        pin.record.lag = rule.lag
+        pin.record.lag = lag_of(rule)
     for mesh in meshes:
         state = state_of(model.bare_mbs, mesh.contact)
-        state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
-        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
+        state.lag, state.mobility = lag_of(rule) * mesh.mobility, 0.0 if loops else mesh.mobility
+        state.pinion_lag, state.wheel_lag = np.split(lag_of(rule) * mesh.acceleration_by_bearings, 2)
         state["steps"] = np.zeros((), STEPS)
         state.steps.last_time = np.nan
         if rule.spectral_radius is None:

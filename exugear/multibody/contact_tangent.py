@@ -23,13 +23,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact.recorder import HEADER
 from exugear.contact.reference_configuration import turns_forces
-from exugear.contact.rotation import CODES, PLANAR, ROTATION_VECTOR, SIZES, SPIN, velocity_by_vector
-from exugear.mesh_force.kernel_records import address_of, changed, floats_of
+from exugear.contact.rotation import BodyKind
+from exugear.mesh_force.kernel_records import changed, start_of_field
 from exugear.mesh_force.law_slopes import ARGUMENTS, BY_MISALIGNMENT, BY_PHASE, DAMPING, FORCE, law_slopes
-from exugear.mesh_force.layout import start_of_field
+from exugear.multibody.addresses import address_of, floats_of
 from exugear.multibody.integrator_steps import CONTACT_STATE, HELD, NOTED, OUT_OF_MESH
+from exugear.multibody.recorder import HEADER
 
 #: Step of differences of the geometry [m, rad], over the spacing of floats at the largest coordinate at least, and over
 #: the speed at which friction fades.
@@ -40,8 +40,6 @@ TOUCHING = 1e-9
 AHEAD = 1e-8
 #: Mesh frequency [Hz] below which the change over the phase is left out of Newton's matrix.
 SLOWEST = 1.0
-#: Displacements of bodies that do not move in space among those of an Rxyz body.
-COMPONENTS = {SPIN: [5], PLANAR: [0, 1, 5]}
 #: Relative step of the held numbers where friction depends on them.
 HELD_STEP = 1e-6
 #: Backlash [m] with which the flank of a held contact stays the same.
@@ -104,7 +102,7 @@ class HeldContact:
     more for the field of a record.
     """
 
-    def __init__(self, kernel, records, kinds: tuple[str, ...]):
+    def __init__(self, kernel, records, kinds: tuple[BodyKind, ...]):
         self.law, self.frame, self.state, self.friction = records
         self.kernel, self.kinds = kernel, kinds
         self.turns_forces = turns_forces(self.frame)
@@ -230,9 +228,9 @@ def _by_bearings(held: HeldContact, n: int) -> np.ndarray:
     """(n,) factors of the velocities by which bearings let the rate of the advance lag."""
     factors, first = np.zeros(n), 0
     for kind, lag in zip(held.kinds, (PINION_LAG, WHEEL_LAG), strict=False):
-        components = COMPONENTS.get(kind, [*range(6)])
+        components = [i for i in kind.components if i < 6]
         factors[first : first + len(components)] = held.floats[lag][components]
-        first += len(components)
+        first += kind.size
     return factors
 
 
@@ -269,14 +267,12 @@ def contact_tangent(held: HeldContact, q, q_t) -> ContactTangent:
     )
 
 
-def _by_coordinates(rows: np.ndarray, kinds: tuple[str, ...], frame: np.record, q) -> np.ndarray:
+def _by_coordinates(rows: np.ndarray, kinds: tuple[BodyKind, ...], frame: np.record, q) -> np.ndarray:
     """(5, n) slopes by the coordinates from those by their rates: of a rotation vector these are angular velocities."""
-    if ROTATION_VECTOR not in kinds:
-        return rows
     rows, first = rows.copy(), 0
     for kind, gear in zip(kinds, (frame.pinion, frame.wheel), strict=False):
-        if kind == ROTATION_VECTOR:
+        if kind.angular_rates:
             angles = slice(first + 3, first + 6)
-            rows[:, angles] = rows[:, angles] @ velocity_by_vector(gear.rotation[:3] + np.array(q[angles]))
-        first += SIZES[CODES[kind]]
+            rows[:, angles] = rows[:, angles] @ kind.angular_rates(gear.rotation[:3] + np.array(q[angles]))
+        first += kind.size
     return rows

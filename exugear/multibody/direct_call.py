@@ -35,7 +35,7 @@ import llvmlite.binding as llvm
 import numpy as np
 from numba import types
 
-from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.addresses import address_of
 from fem.support.cache import cached
 from fem.support.progress import announced
 

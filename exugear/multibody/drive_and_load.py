@@ -16,9 +16,8 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.contact.recorder import BodyRecorder
 from exugear.gearbox.shaft import Coupling, Shaft
-from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.addresses import address_of
 from exugear.multibody.direct_call import direct
 from exugear.multibody.drive_items import OFFSETS, DriveItems
 from exugear.multibody.exudyn_objects import (
@@ -39,6 +38,7 @@ from exugear.multibody.model import (
     hold_members,
     is_first,
 )
+from exugear.multibody.recorder import BodyRecorder
 from exugear.multibody.torque_kernels import SHAFT_NAMES, torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque

@@ -5,12 +5,43 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numba import carray
 
-from exugear.contact.elastic_ring import RING, spacings
-from exugear.contact.recorder import BodyRecorder
+from exugear.contact.elastic_ring import Ring, spacings
 from exugear.gearbox.elastic_ring import ElasticRing, Waves
 from exugear.gearbox.gearbox import Gearbox
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import doubles_at, reader
 from exugear.multibody.elastic_shafts import add_matrices, further_node
+from exugear.multibody.recorder import BodyRecorder
+from fem.support.numba_cache import compiled
+
+#: A `Ring`: numbers of its modes and of values around it, addresses of its arrays, and its numbers.
+RING = record_type(
+    *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping")),
+    *((name, "i8") for name in ("state", "along", "forces")),
+    *((name, "f8") for name in ("start", "pitch", "mobility")),
+)
+ring_record_at = reader(RING)
+
+
+@compiled
+def ring_at(address):
+    """The `Ring` at an address."""
+    ring = ring_record_at(address)
+    m = ring.modes
+    return Ring(
+        carray(doubles_at(ring.table), (2, ring.points, m, 2)),
+        carray(doubles_at(ring.masses), m),
+        carray(doubles_at(ring.stiffness), m),
+        carray(doubles_at(ring.damping), m),
+        carray(doubles_at(ring.state), 2 * m),
+        carray(doubles_at(ring.along), m),
+        carray(doubles_at(ring.forces), m),
+        ring.start,
+        ring.pitch,
+        ring.mobility,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +72,7 @@ class RingInMesh:
     """An elastic ring as the contact of a planet sees it.
 
     node      number of the node with the amplitudes
-    record    `exugear.contact.elastic_ring.RING`
+    record    `RING`
     arrays    whose addresses the record holds
     flanks    of the ring, driving and coast
     """

@@ -18,30 +18,21 @@ import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 from numba import carray
 
-from exugear.contact.recorder import BodyRecorder, header_at, sample_of
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_stiffness
 from exugear.gearbox.disc import Disc
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.mesh_force.kernel_records import (
-    address_of,
-    as_tuple,
-    doubles_at,
-    floats_at,
-    integers_at,
-    put_all,
-    reader,
-    record_type,
-)
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import address_of, as_tuple, doubles_at, floats_at, integers_at, put_all, reader
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
-from exugear.multibody.rolling_bearings import BEARING_STEPS, BEARINGS, predicted_reaction, steps_at
+from exugear.multibody.recorder import BodyRecorder, header_at, sample_of
+from exugear.multibody.rolling_bearings import BEARING_STEPS, BEARINGS, law_at, predicted_reaction, steps_at
 from exugear.multibody.unbalance import add_unbalance
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.rolling_bearings.law import FAR as FAR_FROM_CENTRE
-from exugear.rolling_bearings.law import law_at
 from fem.support.numba_cache import compiled, kept
 
 #: Number of elastic coordinates, index of the spin, number of nonlinear bearings, number of meshes; addresses of the
@@ -252,7 +243,7 @@ def nonlinear_bearings(measured_by: Sequence[tuple[np.ndarray, Bearing | Rolling
         record["rows"], record["spin"], steps = measuring.ctypes.data, spin, None
         if isinstance(bearing, RollingBearing):
             law, steps = bearing.record_of_runs(0.0), np.zeros(1, BEARING_STEPS)[0]
-            record["law"], record["steps"] = law.address, address_of(steps)
+            record["law"], record["steps"] = address_of(law.record), address_of(steps)
             arrays.append(law)
         else:
             radial = radial_record(bearing, 0.0)

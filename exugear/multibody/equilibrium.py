@@ -35,7 +35,9 @@ from exugear.multibody.model import (
 )
 from exugear.multibody.planet_pins import Pin, pin_matrices, pin_potential
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
+from exugear.multibody.velocity_lag import lag_of
 from exugear.operation.conditions import Conditions
+from exugear.planning.integrator_and_step import Rule
 from exugear.planning.map_axes import static_offsets
 from exugear.planning.plan import UNDAMPED
 from exugear.rolling_bearings.statics import NotCarried
@@ -77,11 +79,11 @@ class NoEquilibrium(ValueError, RuntimeError):
     """
 
 
-def solve_initial_equilibrium(model: Model, conditions: Conditions, lag: float = 0.0) -> None:
+def solve_initial_equilibrium(model: Model, conditions: Conditions, rule: Rule | None = None) -> None:
     """Put the system into static equilibrium under the torques at the start, all shafts turning at their ratios.
 
-    lag   of the velocities of the integrator [s^2] (`Rule.lag`): those of orbiting planets start with it, without which
-          they begin to vibrate
+    rule   of the integrator of a run: velocities of orbiting planets start with its lag, without which they begin to
+           vibrate
 
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
@@ -109,7 +111,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions, lag: float =
     velocities = rigid_motion(model, q, conditions.initial_speeds)
     system.SetODE2Coordinates(q, INITIAL)
     centripetal = velocities_by_turning(model, velocities, speeds)
-    system.SetODE2Coordinates_t(velocities + lag * velocities_by_turning(model, centripetal, speeds), INITIAL)
+    system.SetODE2Coordinates_t(velocities + lag_of(rule) * velocities_by_turning(model, centripetal, speeds), INITIAL)
     at_start = rigid_motion(model, q, accelerations) + centripetal
     for name in unloaded:
         drag = conditions.initial_drags[[shaft.name for shaft in model.gearbox.shafts].index(name)]

@@ -9,7 +9,7 @@ import exudyn as exu
 import numpy as np
 
 from exugear.contact.contact_frame import GearBody
-from exugear.contact.rotation import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
+from exugear.contact.rotation import PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, BodyKind
 from fem.support.validation import require
 
 #: Exudyn's class of a system.
@@ -19,8 +19,14 @@ INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 OFF_AXIS = 1e-9
 #: Rounding of components of a unit vector.
 ROUNDING = 1e-9
-#: Kinds of rigid bodies in space, by Exudyn's names of their nodes.
-NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
+#: Kinds of bodies by Exudyn's types of their nodes, and what the types of objects on these must contain.
+BODIES = {
+    "1D": ("Rotational", SPIN),
+    "RigidBody2D": ("", PLANAR),
+    "RigidBodyRxyz": ("", SPATIAL),
+    "RigidBodyEP": ("", PARAMETERS),
+    "RigidBodyRotVecLG": ("", ROTATION_VECTOR),
+}
 
 
 class _Silence:
@@ -128,11 +134,11 @@ def gear_body(mbs, item, position, axis) -> GearBody:
     kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
     require(bool(z.any()), f"localAxes must not be the zero vector, got {axis}; pass [0, 0, 1]")
     z = z / np.linalg.norm(z)
-    flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
-    require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
+    flat = f"localAxes of a {kind.name} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
+    require(not kind.turns_about_z or z[2] == 1, flat)
     off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
     require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
-    return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
+    return GearBody(kind, reference_of(mbs, item), z, centre)
 
 
 def check_spin_axes(mbs, items) -> None:
@@ -152,29 +158,26 @@ def vector(name: str, value) -> np.ndarray:
     return np.array(value, float)
 
 
-def reference_of(mbs, item) -> list[float]:
+def reference_of(mbs, item) -> np.ndarray:
     """Reference coordinates (6, or 7 with Euler parameters) of a body."""
-    kind, body = kind_of(mbs, item), mbs.GetObject(item)
-    if kind == SPIN:
-        return [*body["referencePosition"], 0.0, 0.0, 0.0]
-    coordinates = list(mbs.GetNode(body["nodeNumber"])["referenceCoordinates"])
-    return [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]] if kind == PLANAR else coordinates
+    components, reference = kind_of(mbs, item).components, np.zeros(7)
+    reference[[*components]] = mbs.GetNode(node_of(mbs, item))["referenceCoordinates"]
+    reference[:3] += mbs.GetObject(item).get("referencePosition", 0.0)
+    return reference[: max(6, len(components))]
 
 
-def kind_of(mbs, item) -> str:
+def kind_of(mbs, item) -> BodyKind:
     """Kind of a body, by its motion; ValueError for a body that cannot carry a gear."""
     require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
     body = object_of(mbs, "itemNumbers", item)
     bodies = f"itemNumbers must be bodies with one node, got {body['objectType']}; use CreateRigidBody"
     require("nodeNumber" in body, bodies)
-    kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
-    if kind == "1D" and "Rotational" in str(body["objectType"]):
-        return SPIN
-    if kind in NODES:
-        return NODES[kind]
+    node = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
+    object_type, kind = BODIES.get(node, ("", None))
     remedy = "use CreateRigidBody, or ObjectRotationalMass1D on Node1D"
-    require("2D" in kind and "Rigid" in kind, f"gears cannot be carried by a {kind} ({body['objectType']}); {remedy}")
-    return PLANAR
+    if kind is None or object_type not in str(body["objectType"]):
+        raise ValueError(f"gears cannot be carried by a {node} ({body['objectType']}); {remedy}")
+    return kind
 
 
 def node_of(mbs, item):

@@ -14,19 +14,19 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact.contact_frame import frame_between
-from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import is_rotated, rotational_frame
-from exugear.contact.rotation import SPIN
+from exugear.contact.rotation import SPIN, BodyKind
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.kernel_records import address_of
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.multibody.addresses import address_of
 from exugear.multibody.contact_kernels import kernel_of
 from exugear.multibody.contact_tangent import ContactTangent, HeldContact, contact_tangent, spring_matrix
 from exugear.multibody.direct_call import direct
 from exugear.multibody.elastic_rings import RingInMesh
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
 from exugear.multibody.integrator_steps import contact_state
+from exugear.multibody.recorder import Recorder
 from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
@@ -116,7 +116,8 @@ def check_kinds(mbs, items, force: MeshForce) -> None:
     """ValueError where bodies cannot carry gears of such a force law."""
     kinds = tuple(kind_of(mbs, item) for item in items)
     spins = set(kinds) == {SPIN}
-    carrier = f"a third body carries ObjectRotationalMass1D alone, got {list(kinds)}; for bodies that move leave it out"
+    names = [kind.name for kind in kinds]
+    carrier = f"a third body carries ObjectRotationalMass1D alone, got {names}; for bodies that move leave it out"
     require(len(kinds) == 2 or spins, carrier)
     fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
     require(not (spins and force.offsets), fixed)
@@ -215,7 +216,7 @@ class ContactCopy:
     forces     function (t, *coordinates, *velocities) -> generalized forces
     """
 
-    def __init__(self, kernel, records: Records, kinds: tuple[str, ...]):
+    def __init__(self, kernel, records: Records, kinds: tuple[BodyKind, ...]):
         table, frame, self.state, friction = records
         self.kernel, self.kinds = kernel, kinds
         self.recorder, self.copied = Recorder(), np.zeros(1, self.state.dtype)
@@ -262,7 +263,7 @@ class StoredContact(NamedTuple):
 
     kernel: Any
     records: Records
-    kinds: tuple[str, ...]
+    kinds: tuple[BodyKind, ...]
     recorder: Recorder
     function: Any
     pair: GearPair | RingPair

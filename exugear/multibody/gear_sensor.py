@@ -9,9 +9,9 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.contact.recorder import NAMES
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import FUNCTION, ContactCopy, StoredContact, stored_contact
+from exugear.multibody.recorder import NAMES
 from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.support.arguments import checked
 

@@ -12,7 +12,8 @@ from numba import carray
 
 from exugear.contact.body_motion import BodyMotion
 from exugear.gearbox.shaft import Coupling
-from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_type
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import address_of, doubles_at, reader
 from fem.support.numba_cache import apart, compiled, kept
 
 #: Number of pieces of the angle about z over time, addresses of their knots (number + 1) and coefficients (number, 5)

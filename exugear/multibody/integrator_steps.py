@@ -49,7 +49,8 @@ import numpy as np
 from exugear.contact.contact import Motion, Push, push
 from exugear.contact.relative_position import flank_of
 from exugear.mesh_force.force_kernels import StaticForce
-from exugear.mesh_force.kernel_records import reader, record_type
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import address_of, reader
 from fem.support.numba_cache import apart, compiled
 
 #: Difference of two times from a step, over the step, up to which they are one step apart.
@@ -86,24 +87,25 @@ IN_MESH, OUT_OF_MESH, NOTED, HELD = 1.0, 0.0, 2.0, 3.0
 #: wheel, as factors of their velocities; mobility: acceleration per mesh force [1/kg], 0: unknown; holding_force: mesh
 #: force that balances the load while the bearings are not displaced [N]. Of pinion, wheel and carrier: constant torques
 #: about z that act beside the mesh [N m]; addresses of their imposed motions (`exugear.multibody.imposed_motion`), 0
-#: without; inertias that the contact itself accelerates as imposed [kg m^2]. steps: `STEPS`. Accelerations by elastic
+#: without; inertias that the contact itself accelerates as imposed [kg m^2]. ring: address of an elastic ring
+#: (`exugear.multibody.elastic_rings.RING`), 0 without. steps: `STEPS`. Accelerations by elastic
 #: shafts of pinion and wheel in a step [m/s^2] (`exugear.multibody.elastic_shafts.MeshesInSteps`). For slopes
 #: (`exugear.multibody.contact_tangent`): numbers that the law gives, its stiffness [N/m], side of the flank and
 #: arguments of the law.
 CONTACT_STATE = record_type(
     *((name, "f8") for name in ("engaged", "closed", "advance", "begin", "begins", "lag")),
     *(("pinion_lag", "f8", 6), ("wheel_lag", "f8", 6), ("mobility", "f8"), ("holding_force", "f8")),
-    *(("torques", "f8", 3), ("imposed", "i8", 3), ("inertias", "f8", 3), ("steps", STEPS)),
+    *(("torques", "f8", 3), ("imposed", "i8", 3), ("inertias", "f8", 3), ("ring", "i8"), ("steps", STEPS)),
     ("by_shafts", "f8", 2),
     *(("numbers", "f8", 6), ("stiffness", "f8"), ("side", "f8"), ("arguments", "f8", 5)),
 )
 state_at = reader(CONTACT_STATE)
 
 
-def contact_state() -> np.record:
-    """A new state: in mesh, velocities without lag, no call yet."""
+def contact_state(ring: np.record | None = None) -> np.record:
+    """A new state: in mesh, velocities without lag, no call yet; ring: an elastic one, which must outlive the state."""
     state = np.zeros(1, CONTACT_STATE)
-    state["engaged"], state["begin"] = IN_MESH, np.inf
+    state["engaged"], state["begin"], state["ring"] = IN_MESH, np.inf, address_of(ring)
     return state[0]
 
 

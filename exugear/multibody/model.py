@@ -8,7 +8,6 @@ from typing import Annotated, Any, NamedTuple
 import exudyn as exu
 import numpy as np
 
-from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import has_rolling_law, tangent_stiffness
 from exugear.gearbox.elastic_shaft import rigid_motion
@@ -18,7 +17,7 @@ from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.addresses import address_of
 from exugear.multibody.direct_call import call_path
 from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import BuiltRing
@@ -28,6 +27,7 @@ from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
 from exugear.multibody.moving_seats import MovingSeats
 from exugear.multibody.planet_pins import Pin, pin_matrices, steepest_matrix
+from exugear.multibody.recorder import Recorder
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates

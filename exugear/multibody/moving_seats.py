@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact.recorder import BodyRecorder
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part
 from exugear.gearbox.elastic_housing import ElasticHousing
@@ -22,6 +21,7 @@ from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from exugear.multibody.elastic_shafts import BuiltShaft, add_matrices, further_node, nonlinear_bearings
 from exugear.multibody.exudyn_objects import node_of
+from exugear.multibody.recorder import BodyRecorder
 from exugear.planning.plan import Plan
 
 

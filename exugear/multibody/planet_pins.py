@@ -27,7 +27,6 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.contact.recorder import BodyRecorder, body_header_at, sample_of, store
 from exugear.contact.rotation import RXYZ, angular_velocity, by_angles, moments, times, transposed
 from exugear.contact.vectors import cross, dot, scaled, total
 from exugear.gearbox.bearing import Bearing, is_isotropic
@@ -35,10 +34,13 @@ from exugear.gearbox.bearing_law import potential, tangent_stiffness
 from exugear.gearbox.elastic_carrier import SeriesPin
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
-from exugear.mesh_force.kernel_records import address_of, reader, record_type
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import address_of, reader
 from exugear.multibody.direct_call import direct
 from exugear.multibody.imposed_motion import spin_of
-from exugear.rolling_bearings.law import LawRecord, law_at, reaction
+from exugear.multibody.recorder import BodyRecorder, body_header_at, sample_of, store
+from exugear.multibody.rolling_bearings import law_at
+from exugear.rolling_bearings.law import LawRecord, reaction
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
 
@@ -47,7 +49,7 @@ from fem.support.validation import require
 #: there [rad]. Radial, axial, tilting and coupling stiffness [N/m, N/m, N m/rad, N/rad] and damping, as often times s.
 #: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
 #: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. lag: of the
-#: velocities of the integrator [s^2] (`exugear.planning.integrator_and_step.Rule.lag`).
+#: velocities of the integrator [s^2] (`exugear.multibody.velocity_lag`).
 #: Address of the law of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one.
 PIN = record_type(
     *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
@@ -172,7 +174,7 @@ def pin_of(planet: Shaft, carrier: Shaft, poses, components: int, series: Series
     radius /= np.linalg.norm(radius)
     record.axes, record.between = [radius, np.cross(axis, radius), axis], between
     record.planet_tilts, record.carrier_tilts = on_planet[3:5], on_carrier[3:5]
-    record.law = 0 if law is None else law.address
+    record.law = address_of(law.record if law else None)
     record.stiffness, record.damping = ([k[0, 0], k[2, 2], k[3, 3], k[0, 4]] for k in (stiffness, damping))
     return Pin(planet, carrier, between, stiffness, record, PinRecorder(names_of_samples(components)), law)
 

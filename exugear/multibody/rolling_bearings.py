@@ -18,12 +18,13 @@ import numpy as np
 
 from exugear.gearbox.bearing_law import tangent_stiffness
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.mesh_force.kernel_records import address_of, reader, record_type
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import address_of, reader
 from exugear.multibody.direct_call import direct
 from exugear.multibody.integrator_steps import SAME_STEP
 from exugear.multibody.user_function_errors import Diverged, errors_kept
 from exugear.planning.integrator_and_step import GAMMA, Rule
-from exugear.rolling_bearings.law import FAR, law_at, reaction
+from exugear.rolling_bearings.law import FAR, LAW, reaction
 from fem.support.numba_cache import compiled, kept
 
 #: Key under which a system keeps the steps of its rolling bearings.
@@ -35,7 +36,7 @@ BEARING_STEPS = record_type(
     *((name, "f8") for name in ("duration", "by_acceleration", "rate_by_acceleration", "last_time")),
     *(("last_rates", "f8", 5), ("last_accelerations", "f8", 5), ("matrix", "f8", (5, 5))),
 )
-steps_at = reader(BEARING_STEPS)
+law_at, steps_at = reader(LAW), reader(BEARING_STEPS)
 
 
 def add_rolling_bearing(mbs, node: int, bearing: RollingBearing, lever: float) -> Any:
@@ -54,7 +55,7 @@ def rolling_functions(bearing: RollingBearing, lever: float):
     The Jacobian leaves out the change of the damping with the displacement.
     """
     law, steps = bearing.record_of_runs(lever), np.zeros(1, BEARING_STEPS)[0]
-    addresses = law.address, address_of(steps)
+    addresses = address_of(law.record), address_of(steps)
 
     def rolling_force(mbs, t, item, q, q_t):
         try:

@@ -6,9 +6,10 @@ from math import floor, pi
 import numpy as np
 from numba import carray, types
 
-from exugear.contact.recorder import header_at, sample_of, store
-from exugear.mesh_force.kernel_records import address_of, doubles_at, pointer_to, reader, record_type
+from exugear.mesh_force.kernel_records import pointer_to, record_type
+from exugear.multibody.addresses import address_of, doubles_at, reader
 from exugear.multibody.integrator_steps import state_at
+from exugear.multibody.recorder import header_at, sample_of, store
 from exugear.operation.torque_tables import ANGLE, SPEED, TorqueTable
 from fem.support.numba_cache import compiled, kept
 

@@ -15,7 +15,8 @@ from numba import carray
 from numba.np.unsafe import ndarray
 
 from exugear.gearbox.shaft_loads import Unbalance
-from exugear.mesh_force.kernel_records import address_of, doubles_at, put_all, reader, record_type
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import address_of, doubles_at, put_all, reader
 from exugear.multibody.direct_call import direct
 from fem.support.numba_cache import kept
 

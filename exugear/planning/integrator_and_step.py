@@ -56,11 +56,6 @@ class Rule:
         """Whether no step is too long for the highest eigenfrequency."""
         return self.beta >= TRAPEZOIDAL_BETA or self.spectral_radius is not None
 
-    @property
-    def lag(self) -> float:
-        """step^2 / 12 [s^2] for the fourth-order rule, whose q_t - lag d2(q_t)/dt2 is of fourth order, too; else 0."""
-        return self.step**2 / 12 if self.beta == BETA and self.spectral_radius is None else 0.0
-
     def __str__(self) -> str:
         if self.spectral_radius is not None:
             return f"generalized-alpha with spectral radius {self.spectral_radius:g}"

@@ -14,9 +14,15 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import carray
 
-from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
+from exugear.mesh_force.kernel_records import (
+    array_behind,
+    behind,
+    floats_behind,
+    record_of,
+    record_type,
+    start_of_field,
+)
 from exugear.rolling_bearings.roller_table import roller_table
 from exugear.rolling_bearings.rows import BallRow, RollerRow, Row
 from fem.support.numba_cache import kept, unchecked
@@ -26,10 +32,10 @@ from fem.support.numba_cache import kept, unchecked
 LAW = record_type(("lever", "f8"), ("damping", "f8"), ("guidance", "f8"), ("rows", "i8"))
 #: A row: number of elements; position from the bearing's centre [m]; direction; turn of the cage per turn of the shaft,
 #: 0 where it stands; contact origin [m, rad] and map of xi, z and tau; stiffness; A of balls [m]; number of laminae, 0
-#: for balls; addresses of the cosines and sines of the elements (2, number), of positions and twice the drops of the
-#: laminae (2, laminae) [m], and of the table of rollers,
-#: 0 without; number of its columns; approaches between which it holds [m]; approach of its first row [m], points per
-#: metre and per radian, largest tilt [rad] (`exugear.rolling_bearings.roller_table`).
+#: for balls; starts [bytes from the row] of the cosines and sines of the elements (2, number), of positions and twice
+#: the drops of the laminae (2, laminae) [m], and of the table of rollers, 0 without; number of its columns; approaches
+#: between which it holds [m]; approach of its first row [m], points per metre and per radian, largest tilt [rad]
+#: (`exugear.rolling_bearings.roller_table`).
 ROW = record_type(
     *(("number", "i8"), ("axial", "f8"), ("direction", "f8"), ("cage", "f8")),
     *(("origin", "f8", 2), ("map", "f8", (2, 3))),
@@ -42,19 +48,13 @@ FAR = 0.1
 #: Sums over elements in any order, all in one function: 9 balls take 44 ns instead of 115, 14 rollers 375 ns.
 inlined = partial(unchecked, forceinline=True, fastmath={"contract", "reassoc", "nsz"})
 LAW_SIZE, ROW_SIZE = LAW.itemsize, ROW.itemsize
-law_at, row_at = reader(LAW), reader(ROW)
+row_behind = behind(ROW)
 
 
 class LawRecord(NamedTuple):
-    """The record of a law that kernels read by its address, and the arrays to which it points."""
+    """The law of a bearing for kernels: a record with its head, `LAW`, its rows and the arrays of these."""
 
     record: np.record
-    arrays: Sequence[np.ndarray]
-
-    @property
-    def address(self) -> int:
-        """Address of the record, valid as long as this lives."""
-        return address_of(self.record)
 
 
 def law_record(
@@ -65,29 +65,31 @@ def law_record(
     guidance   stiffness of ribs along the axis [N/m]
     tables     whether rollers have tables instead of laminae
     """
-    entries, arrays = np.zeros(len(rows), ROW), []
-    for entry, row in zip(entries, rows, strict=True):
-        angles = np.ascontiguousarray([np.cos(row.angles), np.sin(row.angles)])
-        arrays.append(angles)
+    entries, behind_rows = np.zeros(len(rows), ROW), []
+    for i, (entry, row) in enumerate(zip(entries, rows, strict=True)):
+        arrays = {"elements": np.array([np.cos(row.angles), np.sin(row.angles)])}
         entry["number"], entry["axial"], entry["direction"] = row.Z, row.axial, row.direction
-        entry["origin"], entry["map"], entry["elements"] = row.origin, row.map, angles.ctypes.data
+        entry["origin"], entry["map"] = row.origin, row.map
         entry["stiffness"], entry["cage"] = row.stiffness, row.cage_ratio
         if isinstance(row, BallRow):
             entry["A"] = row.A
         elif isinstance(row, RollerRow):
-            slices = np.ascontiguousarray([row.slices, 2 * row.profile])
-            arrays.append(slices)
-            entry["laminae"], entry["slices"] = row.laminae, slices.ctypes.data
+            arrays["slices"] = np.array([row.slices, 2 * row.profile])
+            entry["laminae"] = row.laminae
             if tables:
                 table = roller_table(row)
-                arrays.append(table.coefficients)
-                entry["table"], entry["columns"] = table.coefficients.ctypes.data, table.coefficients.shape[1]
+                arrays["table"], entry["columns"] = table.coefficients, table.coefficients.shape[1]
                 entry["first"], entry["last"], entry["steep"] = table.first, table.last, table.steep
                 entry["origin_of_table"] = table.origin
                 entry["per_metre"], entry["per_radian"] = 1 / table.approach_step, 1 / table.tilt_step
-    kind = record_type(("head", LAW), ("rows", ROW, len(entries)))
+        behind_rows += [(i, name, array) for name, array in arrays.items()]
+    fields = [(f"{name} {i}", "f8", array.shape) for i, name, array in behind_rows]
+    kind = record_type(("head", LAW), ("rows", ROW, (len(entries),)), *fields)
+    for i, name, _ in behind_rows:
+        entries[name][i] = start_of_field(kind, f"{name} {i}") - LAW_SIZE - ROW_SIZE * i
     head = record_of(LAW, lever=lever, damping=damping, guidance=guidance, rows=len(entries))
-    return LawRecord(record_of(kind, head=head, rows=entries), arrays)
+    values = {f"{name} {i}": array for i, name, array in behind_rows}
+    return LawRecord(record_of(kind, head=head, rows=entries, **values))
 
 
 @inlined
@@ -109,7 +111,7 @@ def ball_energy(row, r, a):
 def roller_energy(row, approach, tilt):
     """(energy [J], slopes by approach and tilt [N, N m], curvatures) of a roller; zeros where it does not touch."""
     u = slope = moment = dd = dt = tt = 0.0
-    slices = carray(doubles_at(row.slices), (2, row.laminae))
+    slices = array_behind(row, row.slices, (2, row.laminae))
     for k in range(row.laminae):
         x = slices[0, k]
         d = approach - tilt * x - slices[1, k]
@@ -157,7 +159,7 @@ def tabulated_energy(row, approach, tilt):
     i, j = int(at), int(along)
     values, slopes, curvatures = cubic(at - i)
     v, s, c = cubic(along - j)
-    table, k = doubles_at(row.table), (i - 1) * n + j
+    table, k = floats_behind(row, row.table), (i - 1) * n + j
     of_v, of_s, of_c = weighted_rows(table, k, n, v), weighted_rows(table, k, n, s), weighted_rows(table, k, n, c)
     u, d, dd = dot(values, of_v), dot(slopes, of_v), dot(curvatures, of_v)
     t, dt, tt = dot(values, of_s), dot(slopes, of_s), dot(values, of_c)
@@ -204,11 +206,11 @@ def reaction(law, q, q_t, spin):
 
     Behind them the torque on the spin [N m] that turns rolling elements through the loaded zone: 0 where cages stand.
     """
-    start, fx, fy, fa, fb, torque = start_of(law) + LAW_SIZE, 0.0, 0.0, 0.0, 0.0, 0.0
+    fx, fy, fa, fb, torque = 0.0, 0.0, 0.0, 0.0, 0.0
     fz = -law.guidance * (q[2] + law.damping * q_t[2])
     for i in range(law.rows):
-        row = row_at(start + ROW_SIZE * i)
-        m, elements, turn = row.map, carray(doubles_at(row.elements), (2, row.number)), cage_turn(row, spin)
+        row = row_behind(law, LAW_SIZE + ROW_SIZE * i)
+        m, elements, turn = row.map, array_behind(row, row.elements, (2, row.number)), cage_turn(row, spin)
         x, y, z, a, b = row_motion(row, law.lever, turn, q[0], q[1], q[2], q[3], q[4])
         u, v, w, a_t, b_t = row_motion(row, law.lever, turn, q_t[0], q_t[1], q_t[2], q_t[3], q_t[4])
         p_0, p_c, p_s = row.origin[0] + m[0, 1] * z, m[0, 0] * x - m[0, 2] * b, m[0, 0] * y + m[0, 2] * a
@@ -238,7 +240,7 @@ def reaction(law, q, q_t, spin):
 @inlined
 def add_row(row, lever, q, gradient, hessian):
     """Add slopes (5) and curvatures (5, 5) of a row's energy at a displacement and spin q (6); returns the energy."""
-    m, elements, energy = row.map, carray(doubles_at(row.elements), (2, row.number)), 0.0
+    m, elements, energy = row.map, array_behind(row, row.elements, (2, row.number)), 0.0
     (cosine, sine), lever, side = cage_turn(row, q[5]), lever + row.axial, row.direction
     motion, slopes = np.zeros((3, 5)), np.zeros((2, 5))
     motion[1, 2] = side
@@ -266,19 +268,18 @@ def add_row(row, lever, q, gradient, hessian):
 
 
 @kept
-def add_law(address, lever, q, energy, gradient, hessian):
+def add_law(law, lever, q, energy, gradient, hessian):
     """Add energies (n,), slopes (n, 5) and curvatures (n, 5, 5) of a law at displacements and spins q (n, 6).
 
-    address   of a `LAW`
-    lever     distance of the bearing above the pole [m], instead of that in the law
+    law     `LAW`
+    lever   distance of the bearing above the pole [m], instead of that in the law
     """
-    law = law_at(address)
     for i in range(len(q)):
         energy[i] += 0.5 * law.guidance * q[i, 2] ** 2
         gradient[i, 2] += law.guidance * q[i, 2]
         hessian[i, 2, 2] += law.guidance
         for k in range(law.rows):
-            row = row_at(address + LAW_SIZE + ROW_SIZE * k)
+            row = row_behind(law, LAW_SIZE + ROW_SIZE * k)
             energy[i] += add_row(row, lever, q[i], gradient[i], hessian[i])
 
 
@@ -298,5 +299,5 @@ def response(law: LawRecord, lever: float, q: np.ndarray) -> Response:
     q = np.asarray(q, float)
     q = np.ascontiguousarray(q if q.shape[1] == 6 else np.column_stack([q, np.zeros(len(q))]))
     values = Response(np.zeros(len(q)), np.zeros((len(q), 5)), np.zeros((len(q), 5, 5)))
-    add_law(law.address, lever, q, *values)
+    add_law(law.record.head, lever, q, *values)
     return values

@@ -200,7 +200,7 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
         begin = replace(conditions, start_time=0.0 if part.state else part.bounds[0] * steps.size)
         with applied(model, begin) as acting:
             if not part.state:
-                solve_initial_equilibrium(model, begin, job.scheme.rule.lag)
+                solve_initial_equilibrium(model, begin, job.scheme.rule)
             acting.release()
             if part.state:
                 set_state_of_system(model.bare_mbs, part.state.system, INITIAL)

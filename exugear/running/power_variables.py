@@ -1,9 +1,9 @@
 """The variables of a run about power: in and out of its ends, losses, and stored energy.
 
-The rates of the recorded motion are corrected for the lag of the integrator.
+The rates of the recorded motion are the true ones (`exugear.multibody.velocity_lag`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -27,26 +27,28 @@ from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.housing import coupling_of, seat_motions
 from exugear.multibody.model import Model, is_first, on_bearings
 from exugear.multibody.moving_seats import motions_of_seats, positions_on
+from exugear.multibody.velocity_lag import true_rates_by
 from exugear.operation.conditions import Conditions
+from exugear.planning.integrator_and_step import Rule
 from fem.units import mm
 
 #: Ends of shafts by name of their torques in the data: the name of their powers, and words for it.
 ENDS = {"drive": ("power_in", "into the gearbox by the drive"), "load": ("power_out", "out of the gearbox by the load")}
-#: Second derivative over the squared spacing: in the middle of five values, and of the first two of six values.
-MIDDLE = np.array([-1, 16, -30, 16, -1]) / 12
-FIRST_TWO = np.array([[45, -154, 214, -156, 61, -10], [10, -15, -4, 14, -6, 1]]) / 12
+#: From rates (n, ...) of the integrator to true ones.
+TrueRates = Callable[[np.ndarray], np.ndarray]
 
 
 def power_variables(
-    model: Model, conditions: Conditions, torques: ShaftTorques, data: xr.Dataset, lag: float
+    model: Model, conditions: Conditions, torques: ShaftTorques, data: xr.Dataset, rule: Rule
 ) -> dict[str, Any]:
     """Powers [W] and energies [J] over time, from the recorded motion and the torques in the data of a run.
 
-    lag   of the velocities of the integrator [s^2]
+    rule   of the integrator
     """
     time = data["time"].values
-    motions, rings = shaft_motions(model, conditions, torques, time, lag), ring_motions(model, time, lag)
-    housing = housing_motion(model, time, lag)
+    true_rates = true_rates_by(rule, time)
+    motions, rings = shaft_motions(model, conditions, torques, time, true_rates), ring_motions(model, time, true_rates)
+    housing = housing_motion(model, time, true_rates)
     of_all = _on_seats(model, motions, housing), rings, housing
     return _powers(model, motions, data) | _losses(model, *of_all) | _energies(model, *of_all)
 
@@ -59,11 +61,10 @@ class RingMotion(NamedTuple):
     rates: np.ndarray
 
 
-def ring_motions(model: Model, time: np.ndarray, lag: float) -> dict[str, RingMotion]:
-    """Motion of each elastic ring by the name of its shaft; lag: of the velocities [s^2]."""
-    factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
+def ring_motions(model: Model, time: np.ndarray, true_rates: TrueRates) -> dict[str, RingMotion]:
+    """Motion of each elastic ring by the name of its shaft; true_rates: of those of the integrator."""
     motions = {name: (ring, *ring.motion(time.size)) for name, ring in model.rings.items()}
-    return {name: RingMotion(ring, a, corrected(v, factor)) for name, (ring, a, v) in motions.items()}
+    return {name: RingMotion(ring, a, true_rates(v)) for name, (ring, a, v) in motions.items()}
 
 
 class HousingMotion(NamedTuple):
@@ -84,13 +85,12 @@ class HousingMotion(NamedTuple):
         return 0.5 * _forms(self.q_t.T, self.housing.mass), 0.5 * _forms(self.q.T, self.housing.stiffness)
 
 
-def housing_motion(model: Model, time: np.ndarray, lag: float) -> HousingMotion | None:
-    """Recorded motion of a housing with coordinates; lag: of the velocities [s^2]."""
+def housing_motion(model: Model, time: np.ndarray, true_rates: TrueRates) -> HousingMotion | None:
+    """Recorded motion of a housing with coordinates; true_rates: of those of the integrator."""
     if model.seats is None or model.seats.housing is None:
         return None
-    factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
     q, q_t = model.seats.motion(time.size)
-    return HousingMotion(model.seats.housing, q, corrected(q_t, factor))
+    return HousingMotion(model.seats.housing, q, true_rates(q_t))
 
 
 def _on_seats(
@@ -244,36 +244,35 @@ def _energies(
 
 
 def shaft_motions(
-    model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray, lag: float
+    model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray, true_rates: TrueRates
 ) -> dict[str, ShaftMotion]:
-    """Motion of each shaft by its name, and of each rotor by its own; lag: of the velocities [s^2]."""
-    factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
+    """Motion of each shaft by its name, and of each rotor by its own; true_rates: of those of the integrator."""
     by_name = {}
     for mesh in model.meshes:
         for side, shaft in enumerate(mesh.stage.shafts):
             if shaft.name in model.gearbox.carriers_of_pins:
                 continue
             samples = mesh.recorder.power
-            spin, speed = samples[f"spin_{side + 1}"], corrected(samples[f"speed_{side + 1}"], factor)
+            spin, speed = samples[f"spin_{side + 1}"], true_rates(samples[f"speed_{side + 1}"])
             q, q_t = mesh.recorder.motion(side) if side < 2 and on_bearings(model, mesh) else (None, None)
             moves = q is not None and model.plan.shafts[shaft.name].on_bearings
-            rates = corrected(np.asarray(q_t, float), factor) if moves else None
+            rates = true_rates(np.asarray(q_t, float)) if moves else None
             if not is_first(model, mesh.stage, shaft):
                 continue
             positions = np.asarray(q, float) if moves else None
             by_name[shaft.name] = ShaftMotion(spin, speed, positions, rates)
             if built := model.elastics.get(shaft.name):
                 amplitudes, velocities = (x.astype(float) for x in built.motion(time.size))
-                by_name[shaft.name] = _elastic(by_name[shaft.name], built, amplitudes, corrected(velocities, factor))
-    by_name |= _motions_on_pins(model, by_name, time.size, factor)
+                by_name[shaft.name] = _elastic(by_name[shaft.name], built, amplitudes, true_rates(velocities))
+    by_name |= _motions_on_pins(model, by_name, time.size, true_rates)
     for name in model.rotor_spins:
         recorder = torques[name].recorder
         spin, speed = recorder["angle"][: time.size], recorder["speed"][: time.size]
-        by_name[name] = ShaftMotion(spin, corrected(speed, factor))
+        by_name[name] = ShaftMotion(spin, true_rates(speed))
     by_name |= _imposed_motion(model, conditions, time, by_name)
     for name, built in model.elastics.items():
         held = name in conditions.held and is_known_function_of_time(model)
-        by_name[name] = _with_torsion(model, built, by_name, time.size, factor, held=held)
+        by_name[name] = _with_torsion(model, built, by_name, time.size, true_rates, held=held)
     return by_name
 
 
@@ -288,7 +287,13 @@ def _elastic(motion: ShaftMotion, built: BuiltShaft, amplitudes: np.ndarray, rat
 
 
 def _with_torsion(
-    model: Model, built: BuiltShaft, motions: Mapping[str, ShaftMotion], number: int, factor: float, *, held: bool
+    model: Model,
+    built: BuiltShaft,
+    motions: Mapping[str, ShaftMotion],
+    number: int,
+    true_rates: TrueRates,
+    *,
+    held: bool,
 ) -> ShaftMotion:
     """The motion of an elastic shaft with all coordinates of its torsion; held: the motion of its end is imposed."""
     shaft, motion = built.elastic.shaft, motions[built.elastic.shaft.name]
@@ -298,7 +303,7 @@ def _with_torsion(
             if name == shaft.name and axial not in angles:
                 samples = mesh.recorder.power
                 angles[axial] = samples[f"spin_{side}"]
-                speeds[axial] = corrected(samples[f"speed_{side}"], factor)
+                speeds[axial] = true_rates(samples[f"speed_{side}"])
     turned, turning = ([of[axial] for axial in shaft.stations] for of in (angles, speeds))
     torsion = built.elastic.torsion
     beside = (torsion.held_mass if held else torsion.mass).copy()
@@ -315,19 +320,19 @@ def _with_torsion(
 
 
 def _motions_on_pins(
-    model: Model, recorded: Mapping[str, ShaftMotion], number: int, factor: float
+    model: Model, recorded: Mapping[str, ShaftMotion], number: int, true_rates: TrueRates
 ) -> dict[str, ShaftMotion]:
     """Motion of planets on pins and of their carriers; recorded: the spins of the planets by their meshes."""
     by_name = {}
     for pin in model.pins:
         recorder, samples = pin.recorder, {name: x[:number] for name, x in pin.recorder.samples.items()}
         rates = recorder.deflection(number, rate=True), recorder.velocity(number), recorder.centre(number, rate=True)
-        w, velocity, of_carrier = (_padded(corrected(rate, factor)) for rate in rates)
+        w, velocity, of_carrier = (_padded(true_rates(rate)) for rate in rates)
         planet, on_bearings = recorded[pin.planet.name], model.plan.shafts[pin.carrier.name].on_bearings
         deflection, tilt_y = _padded(recorder.deflection(number)), samples.get("planet_tilt_y")
         by_name[pin.planet.name] = ShaftMotion(planet.spin, planet.speed, deflection, w, velocity, tilt_y)
         moving = (_padded(recorder.centre(number)), of_carrier) if on_bearings else ()
-        by_name[pin.carrier.name] = ShaftMotion(samples["spin"], corrected(samples["speed"], factor), *moving)
+        by_name[pin.carrier.name] = ShaftMotion(samples["spin"], true_rates(samples["speed"]), *moving)
     return by_name
 
 
@@ -343,14 +348,3 @@ def _imposed_motion(model: Model, conditions: Conditions, time: np.ndarray, reco
         end, speed = model.gearbox.ends[name].end, model.gearbox.directions[name] * speed_of(time)
         motions[end] = replace(recorded[end], speed=speed * np.ones(time.size))
     return motions
-
-
-def corrected(rate: np.ndarray, factor: float) -> np.ndarray:
-    """Rates (n, ...) of fourth order: rate - lag d2(rate)/dt2; factor: lag over the squared spacing of the samples."""
-    if factor == 0.0 or len(rate) < FIRST_TWO.shape[1]:
-        return rate
-    curvature = np.empty_like(rate)
-    curvature[2:-2] = sum(c * rate[i : len(rate) - 4 + i] for i, c in enumerate(MIDDLE))
-    curvature[:2] = np.tensordot(FIRST_TWO, rate[:6], 1)
-    curvature[-2:] = np.tensordot(FIRST_TWO[::-1, ::-1], rate[-6:], 1)
-    return rate - factor * curvature

@@ -236,7 +236,7 @@ def _solved(
     with shown(progress), quiet(), applied(model, conditions) as acting:
         torques = acting.torques
         try:
-            set_start_state(model, conditions, state, scheme.rule.lag)
+            set_start_state(model, conditions, state, scheme.rule)
         except NoEquilibrium as error:
             run = Run(_without_samples(model, conditions, scheme, torques), 0.0, scheme.steps.size)
             run.data.attrs["stopped"] = str(error)

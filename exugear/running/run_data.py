@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, BodyRecorder, Recorder
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft, parts_of
 from exugear.gearbox.stage import stage_number
@@ -20,6 +19,7 @@ from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model, on_bearings
+from exugear.multibody.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, BodyRecorder, Recorder
 from exugear.multibody.shaft_motion import (
     BearingForces,
     drag_variables,
@@ -205,7 +205,7 @@ def labelled(
     data = data.assign(drag_variables(model))
     data = data.assign(ring_variables(model, time.size) | housing_variables(model, time.size))
     if conditions.power:
-        data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
+        data = data.assign(power_variables(model, conditions, torques, data, scheme.rule))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}

@@ -9,6 +9,7 @@ from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model, end_coordinate
 from exugear.operation.conditions import Conditions
+from exugear.planning.integrator_and_step import Rule
 from fem.support.validation import require
 
 #: Difference of an imposed speed from that at the end of the other run over the speed that counts as vibration.
@@ -46,10 +47,10 @@ def continued(model: Model, conditions: Conditions, state: np.ndarray) -> Condit
     return replace(conditions, imposed=tuple(imposed))
 
 
-def set_start_state(model: Model, conditions: Conditions, state: np.ndarray | None, lag: float) -> None:
-    """Put the system into a state (3, n_coordinates), or without it into static equilibrium; lag: `Rule.lag` [s^2]."""
+def set_start_state(model: Model, conditions: Conditions, state: np.ndarray | None, rule: Rule) -> None:
+    """Put the system into a state (3, n_coordinates), or without it into static equilibrium; rule: of the run."""
     if state is None:
-        solve_initial_equilibrium(model, conditions, lag)
+        solve_initial_equilibrium(model, conditions, rule)
         return
     system = model.bare_mbs.systemData
     system.SetODE2Coordinates(state[0], INITIAL)

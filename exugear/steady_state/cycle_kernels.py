@@ -12,15 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.contact.relative_position import flank_of
-from exugear.mesh_force.kernel_records import reader, record_type
-from exugear.mesh_force.patches import phase_cell, table_at, table_of
+from exugear.mesh_force.kernel_records import record_type, within
+from exugear.mesh_force.layout import FORCE_TABLE
+from exugear.mesh_force.patches import phase_cell, table_of
 from exugear.steady_state.flank_means import flank_means
 from exugear.steady_state.ring_kernels import (
     push_ring,
     push_ring_columns,
     rigid_ring,
     ring_changes,
-    steady_ring_at,
+    ring_of,
     yielding_at,
 )
 from fem.support.numba_cache import compiled, fast, kept
@@ -29,13 +30,13 @@ from fem.support.numba_cache import compiled, fast, kept
 #: slopes of the potential by phase [N m per pitch] and misalignment [N m]; misalignment beside that of the table [rad];
 #: opening of the flanks by the displaced bearings [m]; side of the loaded flank, +1 or -1; phase at the beginning of
 #: the common period, and number of mesh cycles in it, < 0 where the phase falls; mobility [1/kg] along the line of
-#: action; address of a `STEADY_RING`, 0 of a ring as stiff as its map.
+#: action; start of a `STEADY_RING` [bytes from here], 0 of a ring as stiff as its map.
 STEADY_MESH = record_type(
     *((name, "f8") for name in ("force", "deflection", "stiffness", "by_phase", "by_misalignment")),
     *((name, "f8") for name in ("lever", "opening", "side", "phase", "cycles", "mobility")),
     ("ring", "i8"),
 )
-steady_mesh_at = reader(STEADY_MESH)
+table_within, mesh_within = within(FORCE_TABLE), within(STEADY_MESH)
 #: Number of measures of a mesh: deflection [m], phase, misalignment [rad], less those of the equilibrium.
 MEASURES = 3
 
@@ -230,9 +231,10 @@ def propagators(first, second, oscillating, pieces):
 
 
 class Meshes(NamedTuple):
-    """Addresses, rows and shifts of all meshes, as `advance` takes them."""
+    """Records with their starts, rows and shifts of all meshes, as `advance` takes them."""
 
-    addresses: np.ndarray
+    records: np.ndarray
+    starts: np.ndarray
     rows: np.ndarray
     shifts: np.ndarray
 
@@ -257,9 +259,9 @@ class Middle(NamedTuple):
 @compiled(forceinline=True)
 def mesh_impulse_step(meshes, moving, samples, middle, k):
     """Apply the impulse of mesh k in the middle of a step."""
-    addresses, rows, shifts = meshes
+    records, starts, rows, shifts = meshes
     states, matrix, changes = moving
-    table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
+    table, mesh = table_within(records, starts[k, 0]), mesh_within(records, starts[k, 1])
     measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
     rate, deflection, phase, misalignment = measures_at(rows, k, measured, states)
     deflection, misalignment = mesh.deflection + shifts[k, 0] + deflection, shifts[k, 2] + misalignment
@@ -267,18 +269,18 @@ def mesh_impulse_step(meshes, moving, samples, middle, k):
     yielding = rigid_ring()
     if mesh.ring != 0:
         side = flank_of(table, deflection + mesh.opening, mesh.opening, phase).side
-        yielding = yielding_at(steady_ring_at(mesh.ring), side, phase, mesh.cycles * middle.periods, states)
+        yielding = yielding_at(ring_of(mesh), side, phase, mesh.cycles * middle.periods, states)
     impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, yielding, middle.step)
     if samples.shape[2] > 0:
         samples[k, 0, middle.number] = mesh.deflection + shifts[k, 3] + dot(rows, k, dte_row, states)
         samples[k, 1, middle.number], samples[k, 2, middle.number] = impulse.force, impulse.static_force
     apply_impulse(states, rows, k, measured, impulse)
     if mesh.ring != 0:
-        push_ring(steady_ring_at(mesh.ring), impulse.on_ring, states)
+        push_ring(ring_of(mesh), impulse.on_ring, states)
     if matrix.shape[1] > 0:
         impulse_changes(rows, k, measured, impulse, matrix, changes)
         if mesh.ring != 0:
-            ring = steady_ring_at(mesh.ring)
+            ring = ring_of(mesh)
             measure_changes(rows, k, measured, matrix, changes)
             ring_changes(ring, impulse, yielding, matrix, changes)
             push_ring_columns(ring, impulse, matrix, changes)
@@ -286,10 +288,11 @@ def mesh_impulse_step(meshes, moving, samples, middle, k):
 
 
 @kept
-def advance(addresses, rows, shifts, pieces, propagators, states, matrix, samples):
+def advance(records, rows, shifts, pieces, propagators, states, matrix, samples):
     """Move states (2 n,) over the pieces of a common period, and the columns of a matrix (2 n, c; c = 0: none) as well.
 
-    addresses     (m, 2) of the head of a table and of a `STEADY_MESH`, of every mesh
+    records       array with the records of all meshes, and starts there (m, 2) [bytes] of the head of the table and of
+                  the `STEADY_MESH` of every one (`exugear.mesh_force.kernel_records.packed`)
     rows          (m, 2 k + 2, 2 n) of every mesh: rate of the deflection by the states; k measures by the states, k = 1
                   or 3; states by unit impulses on the measures; DTE by the states
     shifts        (m, 4) deflection, phase, misalignment and DTE of every mesh while the states are 0, less those of its
@@ -298,7 +301,7 @@ def advance(addresses, rows, shifts, pieces, propagators, states, matrix, sample
     propagators   (p, 2, n, 2, 2) over half a step and over a step
     samples       (m, 3, s) DTE [m], force and static force [N] in the middle of each step; s = 0: none
     """
-    number, meshes = 0, Meshes(addresses, rows, shifts)
+    number, meshes = 0, Meshes(records[0], records[1], rows, shifts)
     moving = Moving(states, matrix, np.zeros((MEASURES + 2, matrix.shape[1])))
     for p in range(len(pieces)):
         first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
@@ -307,8 +310,8 @@ def advance(addresses, rows, shifts, pieces, propagators, states, matrix, sample
         propagate(half, states, matrix)
         for i in range(steps):
             middle = Middle(number, first + length * (i + 0.5) / steps, step, periods)
-            for k in range(len(addresses)):
-                in_turn = k if number % 2 == 0 else len(addresses) - 1 - k
+            for k in range(len(shifts)):
+                in_turn = k if number % 2 == 0 else len(shifts) - 1 - k
                 mesh_impulse_step(meshes, moving, samples, middle, in_turn)
             number += 1
             propagate(half if i == steps - 1 else whole, states, matrix)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.kernel_records import address_of, record_of
+from exugear.mesh_force.kernel_records import record_of, record_type, start_of_field
 from exugear.steady_state.cycle_kernels import STEADY_MESH
 from exugear.steady_state.ring_blocks import PassedRing
 
@@ -54,15 +54,18 @@ class ExcitingMesh:
     ring: PassedRing | None = None
 
     def record(self, mobility: float) -> np.record:
-        """`STEADY_MESH` with a mobility along the line of action [1/kg]."""
-        return record_of(
+        """`STEADY_MESH` with a mobility along the line of action [1/kg], and its ring behind it."""
+        ring = {"ring": self.ring.record} if self.ring else {}
+        kind = record_type(("head", STEADY_MESH), *((name, record.dtype) for name, record in ring.items()))
+        head = record_of(
             STEADY_MESH,
             **self.equilibrium._asdict(),
             phase=self.phase,
             cycles=self.sense * self.cycles,
             mobility=mobility,
-            ring=address_of(self.ring.record if self.ring else None),
+            ring=start_of_field(kind, "ring") if ring else 0,
         )
+        return record_of(kind, head=head, **ring)
 
     @property
     def jumps(self) -> np.ndarray:

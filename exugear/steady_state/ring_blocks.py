@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.gearbox.elastic_ring import ElasticRing
-from exugear.mesh_force.kernel_records import record_of
+from exugear.mesh_force.kernel_records import record_of, record_type, start_of_field
 from exugear.mesh_force.pchip import hermite, hermite_slope
 from exugear.multibody.elastic_rings import RingInMesh
 from exugear.steady_state.ring_kernels import STEADY_RING
@@ -80,23 +80,27 @@ def _blocks_of(elastic: ElasticRing, indices: np.ndarray) -> tuple[np.ndarray, .
 
 
 class PassedRing(NamedTuple):
-    """The ring of a mesh by its record, `STEADY_RING`, and the arrays whose addresses it holds."""
+    """The ring of a mesh by its record: the head, `STEADY_RING`, and the arrays behind it."""
 
     record: np.record
-    arrays: tuple[np.ndarray, ...]
+
+    @property
+    def head(self) -> np.record:
+        """`STEADY_RING`."""
+        return self.record.head
 
     @property
     def table(self) -> np.ndarray:
         """(2, points, m, 2) scaled shapes of driving and coast flank with their slopes per spacing."""
-        return self.arrays[0]
+        return self.record["table"]
 
     def shape_at(self, side: float, phase: float) -> tuple[np.ndarray, np.ndarray]:
         """(m,) shapes of the modes of a flank at the phase of the driving flank, and their slopes per pitch."""
-        table, at = self.table[0 if side > 0 else 1], self.record.start + self.record.pitch * phase
+        table, at = self.table[0 if side > 0 else 1], self.head.start + self.head.pitch * phase
         i = int(np.floor(at)) % len(table)
         before, after = table[i], table[(i + 1) % len(table)]
         cubic = at % 1.0, before[:, 0], before[:, 1], after[:, 0], after[:, 1]
-        return hermite.py_func(*cubic), self.record.pitch * hermite_slope.py_func(*cubic)
+        return hermite.py_func(*cubic), self.head.pitch * hermite_slope.py_func(*cubic)
 
 
 def passed_ring(ring: RingInMesh, blocks: RingBlocks, indices: np.ndarray, first: int) -> PassedRing:
@@ -109,16 +113,17 @@ def passed_ring(ring: RingInMesh, blocks: RingBlocks, indices: np.ndarray, first
     flanks = np.array([np.stack([flank.values, flank.slopes], axis=-1) for flank in ring.flanks])
     m = of_ring.size
     arrays = {
-        "table": np.ascontiguousarray(flanks / blocks.scale[of_ring][:, None]),
-        "damping_rate": np.ascontiguousarray(blocks.damping_rate[of_ring]),
-        "frequency": np.ascontiguousarray(blocks.frequency[of_ring]),
-        "by_impulses": np.ascontiguousarray(blocks.by_impulses[of_ring]),
+        "table": flanks / blocks.scale[of_ring][:, None],
+        "damping_rate": blocks.damping_rate[of_ring],
+        "frequency": blocks.frequency[of_ring],
+        "by_impulses": blocks.by_impulses[of_ring],
         "along": np.zeros((2, m)),
     }
-    addresses = {name: array.ctypes.data for name, array in arrays.items()}
+    kind = record_type(("head", STEADY_RING), *((name, "f8", array.shape) for name, array in arrays.items()))
+    starts = {f"{name}_start": start_of_field(kind, name) for name in arrays}
     sizes = {"modes": m, "points": flanks.shape[1], "first": 2 * (first + int(of_ring[0]))}
     at = {"start": float(ring.record.start), "pitch": float(ring.record.pitch)}
-    return PassedRing(record_of(STEADY_RING, **sizes, **addresses, **at), tuple(arrays.values()))
+    return PassedRing(record_of(kind, head=record_of(STEADY_RING, **sizes, **starts, **at), **arrays))
 
 
 def largest_mobilities(rings: Sequence[PassedRing | None], blocks: RingBlocks, first: int) -> np.ndarray:
@@ -126,7 +131,7 @@ def largest_mobilities(rings: Sequence[PassedRing | None], blocks: RingBlocks, f
     mobilities = np.zeros((len(rings), blocks.number))
     for row, ring in zip(mobilities, rings, strict=True):
         if ring is not None:
-            begin = int(ring.record.first) // 2 - first
-            part = slice(begin, begin + int(ring.record.modes))
+            begin = int(ring.head.first) // 2 - first
+            part = slice(begin, begin + int(ring.head.modes))
             row[part] = np.abs(ring.table[..., 0]).max(axis=(0, 1)) ** 2 / blocks.masses[part]
     return mobilities

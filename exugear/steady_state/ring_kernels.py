@@ -2,23 +2,58 @@
 
 from typing import NamedTuple
 
-from numba import carray
+import numpy as np
 
 from exugear.contact.elastic_ring import shape_in, span_at
-from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
+from exugear.mesh_force.kernel_records import array_behind, behind, record_type
 from fem.support.numba_cache import compiled
 
-#: The ring in a mesh. Numbers of modes, of values around the ring, and of the first state of the modes; addresses of
-#: the shapes g and their slopes per spacing (2, points, modes, 2), of the driving and the coast flank, of real and
-#: imaginary parts of the eigenvalues (modes) [1/s], of the changes of the second states per impulse (modes), and of
-#: room for g here and its slope per pitch (2, modes); position of the mesh on the ring at phase 0 and its change per
-#: pitch, in spacings.
+#: Head of a `SteadyRing`: numbers of modes, of values around the ring, and of the first state of the modes; starts of
+#: its arrays [bytes from here]; position of the mesh on the ring at phase 0 and its change per pitch, in spacings.
 STEADY_RING = record_type(
-    *((name, "i8") for name in ("modes", "points", "first", "table", "damping_rate", "frequency")),
-    *((name, "i8") for name in ("by_impulses", "along")),
+    *((name, "i8") for name in ("modes", "points", "first", "table_start", "damping_rate_start", "frequency_start")),
+    *((name, "i8") for name in ("by_impulses_start", "along_start")),
     *((name, "f8") for name in ("start", "pitch")),
 )
-steady_ring_at = reader(STEADY_RING)
+ring_behind = behind(STEADY_RING)
+
+
+class SteadyRing(NamedTuple):
+    """A ring of m modes in a mesh.
+
+    first                     number of the first state of the modes
+    table                     (2, points, m, 2) shapes g and their slopes per spacing, of driving and coast flank
+    damping_rate, frequency   (m,) real and imaginary parts of the eigenvalues [1/s]
+    by_impulses               (m,) changes of the second states per impulse
+    along                     (2, m) where g here and its slope per pitch are noted
+    start, pitch              position of the mesh on the ring at phase 0 and its change per pitch, in spacings
+    """
+
+    first: int
+    table: np.ndarray
+    damping_rate: np.ndarray
+    frequency: np.ndarray
+    by_impulses: np.ndarray
+    along: np.ndarray
+    start: float
+    pitch: float
+
+
+@compiled
+def ring_of(mesh):
+    """The `SteadyRing` of a `STEADY_MESH`."""
+    ring = ring_behind(mesh, mesh.ring)
+    m = ring.modes
+    return SteadyRing(
+        ring.first,
+        array_behind(ring, ring.table_start, (2, ring.points, m, 2)),
+        array_behind(ring, ring.damping_rate_start, m),
+        array_behind(ring, ring.frequency_start, m),
+        array_behind(ring, ring.by_impulses_start, m),
+        array_behind(ring, ring.along_start, (2, m)),
+        ring.start,
+        ring.pitch,
+    )
 
 
 class Yielding(NamedTuple):
@@ -46,9 +81,8 @@ def rigid_ring():
 @compiled
 def yielding_at(ring, side, phase, phase_rate, states):
     """`Yielding` of a ring at the phase of the driving flank, pressed on a side; notes g and its slopes."""
-    m, span = ring.modes, span_at(ring, side, phase)
-    damping_rate, frequency = carray(doubles_at(ring.damping_rate), m), carray(doubles_at(ring.frequency), m)
-    by_impulses, along = carray(doubles_at(ring.by_impulses), m), carray(doubles_at(ring.along), (2, m))
+    m, span = len(ring.frequency), span_at(ring, side, phase)
+    damping_rate, frequency, by_impulses, along = ring.damping_rate, ring.frequency, ring.by_impulses, ring.along
     advance, rate, slope, mobility = 0.0, 0.0, 0.0, 0.0
     for j in range(m):
         g, g_u = shape_in(span, j)
@@ -64,9 +98,8 @@ def yielding_at(ring, side, phase, phase_rate, states):
 @compiled
 def push_ring(ring, impulse, states):
     """Change the states of the modes by an impulse of the mesh force [N s], where the ring was last."""
-    by_impulses, along = carray(doubles_at(ring.by_impulses), ring.modes), carray(doubles_at(ring.along), ring.modes)
-    for j in range(ring.modes):
-        states[ring.first + 2 * j + 1] += impulse * along[j] * by_impulses[j]
+    for j in range(len(ring.by_impulses)):
+        states[ring.first + 2 * j + 1] += impulse * ring.along[0, j] * ring.by_impulses[j]
 
 
 @compiled
@@ -75,10 +108,8 @@ def ring_changes(ring, impulse, yielding, matrix, changes):
 
     changes   of the impulse along the line of action, on the phase, and on the misalignment; of deflection and phase
     """
-    m = ring.modes
-    damping_rate, frequency = carray(doubles_at(ring.damping_rate), m), carray(doubles_at(ring.frequency), m)
-    along = carray(doubles_at(ring.along), (2, m))
-    for j in range(m):
+    damping_rate, frequency, along = ring.damping_rate, ring.frequency, ring.along
+    for j in range(len(frequency)):
         g, g_phase, at = along[0, j], along[1, j], ring.first + 2 * j
         by_first = -impulse.by_advance * g - impulse.by_rate * (g * damping_rate[j] + g_phase * yielding.phase_rate)
         by_second = impulse.by_rate * g * frequency[j]
@@ -93,9 +124,8 @@ def ring_changes(ring, impulse, yielding, matrix, changes):
 @compiled
 def push_ring_columns(ring, impulse, matrix, changes):
     """Change the columns of a matrix (2 n, c) by the changes (5, c), as `ring_changes`, of the impulse on the modes."""
-    m = ring.modes
-    by_impulses, along = carray(doubles_at(ring.by_impulses), m), carray(doubles_at(ring.along), (2, m))
-    for j in range(m):
+    by_impulses, along = ring.by_impulses, ring.along
+    for j in range(len(by_impulses)):
         at = ring.first + 2 * j + 1
         by_push, by_phase = along[0, j] * by_impulses[j], impulse.on_ring * along[1, j] * by_impulses[j]
         for i in range(matrix.shape[1]):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.mesh_force.kernel_records import address_of
+from exugear.mesh_force.kernel_records import packed
 from exugear.mesh_force.map_range import beyond_map
 from exugear.steady_state.cycle_kernels import MEASURES, NO_SAMPLES, advance, propagators
 from exugear.steady_state.exciting_mesh import ExcitingMesh, times_between_jumps
@@ -141,17 +141,19 @@ class SteadySystem:
     mesh_cycles: float
     variation: float
     rings: RingBlocks
-    records: tuple[np.record, ...] = field(init=False, repr=False)
-    addresses: np.ndarray = field(init=False, repr=False)
-    breaks: np.ndarray = field(init=False, repr=False)
     _at: dict[float, LinearMotion] = field(init=False, repr=False, default_factory=dict)
 
-    def __post_init__(self):
-        records = tuple(mesh.record(x) for mesh, x in zip(self.meshes, self.blocks.mobilities, strict=True))
-        addresses = [(address_of(x.law.table), address_of(y)) for x, y in zip(self.meshes, records, strict=True)]
-        object.__setattr__(self, "records", records)
-        object.__setattr__(self, "addresses", np.array(addresses))
-        object.__setattr__(self, "breaks", times_between_jumps(self.meshes))
+    @cached_property
+    def records(self) -> tuple[np.ndarray, np.ndarray]:
+        """Array with the records of all meshes, and their starts there, as `advance` takes them."""
+        of_meshes = [mesh.record(x) for mesh, x in zip(self.meshes, self.blocks.mobilities, strict=True)]
+        records, starts = packed([*(mesh.law.table for mesh in self.meshes), *of_meshes])
+        return records, starts.reshape(2, -1).T.copy()
+
+    @cached_property
+    def breaks(self) -> np.ndarray:
+        """Times over the common period, as of `times_between_jumps`."""
+        return times_between_jumps(self.meshes)
 
     @property
     def size(self) -> int:
@@ -167,7 +169,7 @@ class SteadySystem:
             if mesh.ring is not None:
                 force = mesh.equilibrium.force
                 shape, _ = mesh.ring.shape_at(force, mesh.phase)
-                begin = int(mesh.ring.record.first)
+                begin = int(mesh.ring.head.first)
                 part = slice((begin - first) // 2, (begin - first) // 2 + shape.size)
                 states[begin : begin + 2 * shape.size : 2] += force * shape / self.rings.stiffness[part]
         return states
@@ -313,6 +315,6 @@ class SteadySystem:
 
     def _call(self, motion: LinearMotion, pieces, moves, states, matrix, samples) -> None:
         try:
-            advance(self.addresses, motion.rows, motion.shifts, pieces, moves, states, matrix, samples)
+            advance(self.records, motion.rows, motion.shifts, pieces, moves, states, matrix, samples)
         except ValueError as error:
             raise ValueError(beyond_map(self.meshes[0].law.table.head, error.args)) from None

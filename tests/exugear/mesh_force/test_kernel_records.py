@@ -1,16 +1,27 @@
-"""Records: the same numbers by the same names in Python and in compiled kernels, which get their address."""
+"""Records: the same numbers by the same names in Python and in compiled kernels."""
 
 import numpy as np
 import pytest
 from numba import njit
 
 from exugear import MeshForce, Recorder
-from exugear.contact.recorder import sample_of
-from exugear.mesh_force.kernel_records import address_of, changed, reader, record_of, record_type, start_of
+from exugear.mesh_force.kernel_records import (
+    array_behind,
+    behind,
+    changed,
+    packed,
+    record_of,
+    record_type,
+    start_of,
+    within,
+)
+from exugear.multibody.addresses import address_of, reader
+from exugear.multibody.recorder import sample_of
 
 GEAR = record_type(("r_b", "f8"), ("axes", "f8", (3, 3)))
 PAIR = record_type(("teeth", "i8"), ("pinion", GEAR), ("wheel", GEAR))
-pair_at = reader(PAIR)
+pair_at, pair_within, gear_behind = reader(PAIR), within(PAIR), behind(GEAR)
+PAIR_SIZE = PAIR.itemsize
 
 
 @njit
@@ -25,6 +36,24 @@ def test_a_kernel_reads_what_python_wrote():
     pair = record_of(PAIR, teeth=23, pinion=record_of(GEAR, r_b=0.1), wheel=wheel)
     assert seen(address_of(pair)) == (23, 0.1, 5.0, address_of(pair))
     assert (pair.teeth, pair.pinion.r_b, pair.wheel.axes[1, 2]) == (23, 0.1, 5.0)
+
+
+@njit
+def of_packed(values, start):
+    """What a kernel reads of a record in an array, and of the floats behind its head."""
+    pair = pair_within(values, start)
+    return pair.teeth, pair.wheel.r_b, array_behind(pair, PAIR_SIZE, 2)[1], gear_behind(pair, PAIR_SIZE + 16).r_b
+
+
+def test_packed_records_are_found_by_their_starts():
+    """Records of different lengths, one behind another; the copies change without the originals."""
+    kind = record_type(("head", PAIR), ("values", "f8", (2,)), ("idler", GEAR))
+    heads = [record_of(PAIR, teeth=z, wheel=record_of(GEAR, r_b=z / 100)) for z in (23, 47)]
+    pairs = [record_of(kind, head=x, values=[1.0, x.teeth], idler=record_of(GEAR, r_b=x.teeth)) for x in heads]
+    values, starts = packed([heads[0], *pairs])
+    assert [of_packed(values, start) for start in starts[1:]] == [(23, 0.23, 23.0, 23.0), (47, 0.47, 47.0, 47.0)]
+    values[:] = 0.0
+    assert pairs[0].head.teeth == 23
 
 
 def test_records_are_constant_and_copies_change():

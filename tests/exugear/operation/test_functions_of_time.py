@@ -8,9 +8,9 @@ from scipy.interpolate import PchipInterpolator
 
 import exugear
 from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
-from exugear.contact.recorder import BodyRecorder
-from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.addresses import address_of
 from exugear.multibody.imposed_motion import imposed_motion, spin_of
+from exugear.multibody.recorder import BodyRecorder
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.piecewise_cubics import tabulated
 from exugear.operation.stop_conditions import first_end

@@ -144,8 +144,8 @@ def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
     """Light damping, and an early start that is too short for it and begins with other speeds."""
     original, started = part_integration.solve_initial_equilibrium, []
 
-    def disturbed(model, conditions, lag):
-        original(model, conditions, lag)
+    def disturbed(model, conditions, rule):
+        original(model, conditions, rule)
         if conditions.start_time > 0:
             started.append(conditions.start_time)
             rates = model.mbs.systemData.GetODE2Coordinates_t(part_integration.INITIAL)

@@ -6,7 +6,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from exugear.mesh_force.kernel_records import doubles_at, floats_at, reader, record_type
+from exugear.contact.rotation import BodyKind
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import doubles_at, floats_at, reader
 from fem.support.arguments import checked
 from fem.support.numba_cache import apart, compiled
 from fem.support.validation import require
@@ -79,9 +81,9 @@ def sample_of(record, t):
     return k if x - k < 2.0 * header.tolerance and k < header.number else -1
 
 
-def recorded_components(*coordinates: int) -> int:
-    """Number of displacements and tilts that are recorded of bodies with so many coordinates each."""
-    return min(max(coordinates) - 1, COMPONENTS)
+def recorded_components(*kinds: BodyKind) -> int:
+    """Number of displacements and tilts up to the last one that moves in one of these kinds of bodies."""
+    return max([1 + i for kind in kinds for i in kind.components if i < COMPONENTS], default=0)
 
 
 @compiled
