@@ -15,10 +15,10 @@ from typing import Any
 import xarray as xr
 
 from exugear.multibody.drive_and_load import ShaftTorques, applied
-from exugear.multibody.equilibrium import NoEquilibrium
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.model import Model, linearized
 from exugear.multibody.shaft_motion import BearingForces, needs_speeds
+from exugear.multibody.solve_errors import NoEquilibrium
 from exugear.multibody.solver_settings import Scheme, check_cost, scheme_of
 from exugear.multibody.time_integration import Solver
 from exugear.multibody.turns import in_turn
