@@ -41,12 +41,13 @@ from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, ad
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact, state_of
 from exugear.multibody.housing import add_housing
-from exugear.multibody.imposed_motion import AT_REST, imposed_motion
+from exugear.multibody.imposed_motion import AT_REST
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
 from exugear.multibody.moving_seats import add_moving_seats, located_seats, moving_seats, positions_on
 from exugear.multibody.planet_pins import Pin, add_pin, pin_of
 from exugear.multibody.unbalance import add_unbalance
+from exugear.operation.piecewise_cubics import pieces_record
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.plan import Plan
@@ -86,7 +87,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         carried, carrying = (node_of(mbs, bodies[name]) for name in (drag.carried, drag.carrying))
         add_drag_between(mbs, (carried, carrying), drag)
     on_seats = moving_seats(gearbox, scene)
-    mbs.variables[REST] = imposed_motion(*AT_REST)
+    mbs.variables[REST] = pieces_record(*AT_REST)
     pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
         add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])

@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 import scipy
+from numba import carray
 
+from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
+from fem.support.numba_cache import compiled
 from fem.support.validation import number, require
 
 #: Error of a table over its largest value, and largest number of pieces.
@@ -17,6 +20,11 @@ GOLDEN = (5**0.5 - 1) / 2
 #: Positions in a piece through which its cubic passes. Near the middles between them it is checked, at positions that
 #: differ from piece to piece by this share, as a vibration may vanish at all that are evenly spaced.
 THROUGH, MIDDLES, IRREGULAR = np.arange(4) / 3, np.arange(1, 6, 2) / 6, 1 / 15
+#: Polynomials between knots as kernels read them: their number, addresses of knots (number + 1) and coefficients
+#: (number, degree + 1) of 1, s, s^2 ..., s counted from the lower knot; the piece of the last call, near which the next
+#: one lies.
+PIECES = record_type(*((name, "i8") for name in ("number", "knots", "coefficients", "last")))
+pieces_at = reader(PIECES)
 TO_COEFFICIENTS = np.linalg.inv(np.vander(THROUGH, 4, increasing=True)).T
 
 
@@ -26,6 +34,8 @@ class PiecewiseCubic:
 
     knots          (n + 1,) rising
     coefficients   (n, 4) of 1, x, x^2, x^3, x counted from the lower knot; the end pieces also hold beyond the knots
+
+    A single piece also takes Exudyn's symbols.
     """
 
     knots: np.ndarray
@@ -47,13 +57,18 @@ class PiecewiseCubic:
         return PiecewiseCubic(self.knots, factor * self.coefficients)
 
     @property
+    def single(self) -> bool:
+        """Whether one polynomial holds everywhere."""
+        return len(self.coefficients) == 1
+
+    @property
     def constant(self) -> bool:
         """Whether the value never changes."""
         return not self.coefficients[:, 1:].any() and bool(np.ptp(self.coefficients[:, 0]) == 0)
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.multibody.imposed_motion` reads them."""
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, for `pieces_record`."""
         return self.knots, self._integral[0].copy()
 
     @cached_property
@@ -80,7 +95,9 @@ class PiecewiseCubic:
         """Value at x of polynomials in each piece; numbers, as Exudyn passes them, take a tenth of an array."""
         of_pieces, listed = polynomials
         value: Any = 0.0
-        if isinstance(x, float):
+        if self.single:
+            s, coefficients = x - self._knot_list[0], listed[0]
+        elif isinstance(x, float):
             piece = min(max(bisect_right(self._knot_list, x) - 1, 0), len(listed) - 1)
             s, coefficients = x - self._knot_list[piece], listed[piece]
         else:
@@ -89,6 +106,28 @@ class PiecewiseCubic:
         for c in reversed(coefficients):
             value = value * s + c
         return value
+
+
+def pieces_record(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.record, tuple]:
+    """The `PIECES` of knots (n + 1,) and coefficients (n, degree + 1), and the arrays to which they point.
+
+    The arrays must live as long as the record.
+    """
+    record, arrays = np.zeros(1, PIECES)[0], (np.array(knots, float), np.array(coefficients, float, order="C"))
+    record.number, record.knots, record.coefficients = len(coefficients), *(array.ctypes.data for array in arrays)
+    return record, arrays
+
+
+@compiled
+def piece_at(pieces, x):
+    """Number of the piece of `PIECES` at x, and x counted from its lower knot."""
+    knots, i = carray(doubles_at(pieces.knots), pieces.number + 1), pieces.last
+    while i > 0 and x < knots[i]:
+        i -= 1
+    while i < pieces.number - 1 and x >= knots[i + 1]:
+        i += 1
+    pieces.last = i
+    return i, x - knots[i]
 
 
 def of_spline(spline: Any) -> PiecewiseCubic:
