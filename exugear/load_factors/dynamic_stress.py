@@ -13,6 +13,7 @@ from fem.pair.pair import GearPair
 from fem.ste.map_sides import SIDES_DIFFER, why_unlike
 from fem.ste.ste_map import check_whole_cycle, number_of_pitches, pair_of
 from fem.support.arguments import checked
+from fem.support.intervals import interval_of
 from fem.support.validation import increasing, require, require_finite
 
 GEAR, TORQUE, PHASE, TIME, SPEED = "gear", "torque", "phase", "time", "speed"
@@ -184,7 +185,7 @@ def _interval(grid: np.ndarray, queries: np.ndarray) -> tuple[np.ndarray, np.nda
     """Lower grid point of the interval of each query, and the share of the interval below it, clipped to [0, 1]."""
     if grid.size == 1:
         return np.zeros(queries.shape, int), np.zeros(queries.shape)
-    lower = np.clip(np.searchsorted(grid, queries, side="right") - 1, 0, grid.size - 2)
+    lower = interval_of(grid, queries)
     return lower, np.clip((queries - grid[lower]) / (grid[lower + 1] - grid[lower]), 0.0, 1.0)
 
 

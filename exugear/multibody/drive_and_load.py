@@ -39,9 +39,9 @@ from exugear.multibody.model import (
     hold_members,
     is_first,
 )
+from exugear.multibody.polynomial_pieces import pieces_record
 from exugear.multibody.torque_kernels import SHAFT_NAMES, torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
-from exugear.operation.piecewise_cubics import pieces_record
 from exugear.operation.shaft_ends import Torque
 from exugear.operation.torque_tables import NO_TORQUE, TorqueTable
 

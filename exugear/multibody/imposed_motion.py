@@ -13,7 +13,7 @@ from numba import carray
 from exugear.contact.body_motion import BodyMotion
 from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_type
-from exugear.operation.piecewise_cubics import piece_at, pieces_at
+from exugear.multibody.polynomial_pieces import piece_at, pieces_at
 from fem.support.numba_cache import apart, compiled, kept
 
 #: Size of the coefficients of a piece [bytes].

@@ -9,7 +9,7 @@ from numba import carray, types
 from exugear.contact.recorder import header_at, sample_of, store
 from exugear.mesh_force.kernel_records import address_of, doubles_at, pointer_to, reader, record_type
 from exugear.multibody.integrator_steps import state_at
-from exugear.operation.piecewise_cubics import piece_at, pieces_at, pieces_record
+from exugear.multibody.polynomial_pieces import piece_at, pieces_at, pieces_record
 from exugear.operation.torque_tables import ANGLE, SPEED, TorqueTable
 from fem.support.numba_cache import compiled, kept
 

@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numba import carray
 
-from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
-from fem.support.numba_cache import compiled
+from fem.support.intervals import interval_of
 from fem.support.validation import number, require
 
 #: Error of a table over its largest value, and largest number of pieces.
@@ -20,11 +18,6 @@ GOLDEN = (5**0.5 - 1) / 2
 #: Positions in a piece through which its cubic passes. Near the middles between them it is checked, at positions that
 #: differ from piece to piece by this share, as a vibration may vanish at all that are evenly spaced.
 THROUGH, MIDDLES, IRREGULAR = np.arange(4) / 3, np.arange(1, 6, 2) / 6, 1 / 15
-#: Polynomials between knots as kernels read them: their number, addresses of knots (number + 1) and coefficients
-#: (number, degree + 1) of 1, s, s^2 ..., s counted from the lower knot; the piece of the last call, near which the next
-#: one lies.
-PIECES = record_type(*((name, "i8") for name in ("number", "knots", "coefficients", "last")))
-pieces_at = reader(PIECES)
 TO_COEFFICIENTS = np.linalg.inv(np.vander(THROUGH, 4, increasing=True)).T
 
 
@@ -68,7 +61,7 @@ class PiecewiseCubic:
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, for `pieces_record`."""
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, for `exugear.multibody.polynomial_pieces`."""
         return self.knots, self._integral[0].copy()
 
     @cached_property
@@ -101,33 +94,11 @@ class PiecewiseCubic:
             piece = min(max(bisect_right(self._knot_list, x) - 1, 0), len(listed) - 1)
             s, coefficients = x - self._knot_list[piece], listed[piece]
         else:
-            piece = np.clip(np.searchsorted(self.knots, x, "right") - 1, 0, len(listed) - 1)
-            s, coefficients = x - self.knots[piece], of_pieces[piece].T
+            pieces = interval_of(self.knots, x)
+            s, coefficients = x - self.knots[pieces], of_pieces[pieces].T
         for c in reversed(coefficients):
             value = value * s + c
         return value
-
-
-def pieces_record(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.record, tuple]:
-    """The `PIECES` of knots (n + 1,) and coefficients (n, degree + 1), and the arrays to which they point.
-
-    The arrays must live as long as the record.
-    """
-    record, arrays = np.zeros(1, PIECES)[0], (np.array(knots, float), np.array(coefficients, float, order="C"))
-    record.number, record.knots, record.coefficients = len(coefficients), *(array.ctypes.data for array in arrays)
-    return record, arrays
-
-
-@compiled
-def piece_at(pieces, x):
-    """Number of the piece of `PIECES` at x, and x counted from its lower knot."""
-    knots, i = carray(doubles_at(pieces.knots), pieces.number + 1), pieces.last
-    while i > 0 and x < knots[i]:
-        i -= 1
-    while i < pieces.number - 1 and x >= knots[i + 1]:
-        i += 1
-    pieces.last = i
-    return i, x - knots[i]
 
 
 def of_spline(spline: Any) -> PiecewiseCubic:

@@ -151,9 +151,9 @@ def run(
         stop=stop or (),
         initial=initial.data if initial else None,
     )
-    options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    conditions = replace(conditions, power=power, displacement=displacement)
-    return _solved(model, conditions, initial, executor, progress=progress, checks=checks, **options)
+    recorded = replace(conditions, power=power, displacement=displacement)
+    steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    return _solved(model, recorded, initial, executor, progress=progress, checks=checks, **steps)
 
 
 @checked
@@ -209,9 +209,9 @@ def run_up(
     no samples, and the exception is a ValueError, too. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
     conditions = run_up_conditions(model.gearbox, speed, load, duration)
-    options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    conditions = replace(conditions, power=power, displacement=displacement)
-    return _solved(model, conditions, None, executor, progress=progress, checks=checks, **options)
+    recorded = replace(conditions, power=power, displacement=displacement)
+    steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    return _solved(model, recorded, None, executor, progress=progress, checks=checks, **steps)
 
 
 def _solved(

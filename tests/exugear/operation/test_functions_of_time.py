@@ -11,8 +11,9 @@ from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
 from exugear.contact.recorder import BodyRecorder
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.imposed_motion import spin_of
+from exugear.multibody.polynomial_pieces import pieces_record
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
-from exugear.operation.piecewise_cubics import pieces_record, tabulated
+from exugear.operation.piecewise_cubics import tabulated
 from exugear.operation.stop_conditions import first_end
 from exugear.operation.time_functions import curve_through_function, curve_through_points, speed_function
 from exugear.operation.torque_tables import torque_table
