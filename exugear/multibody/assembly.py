@@ -63,12 +63,12 @@ HELD_OMEGA = 100.0
 class Construction(NamedTuple):
     """A system under construction, and what it is built from.
 
-    mbs, ground      Exudyn's system, and the object in it that stands
-    gearbox, scene   and the plan of the gearbox
-    on_seats         bearings whose seats move
+    bare_mbs, ground   Exudyn's system, and the object in it that stands
+    gearbox, scene     and the plan of the gearbox
+    on_seats           bearings whose seats move
     """
 
-    mbs: Any
+    bare_mbs: Any
     ground: int
     gearbox: Gearbox
     scene: Plan
@@ -224,7 +224,7 @@ def _check_suits(scene: Plan, suitable: Plan, housing: Housing | None) -> None:
 
 def _add_bodies(site: Construction) -> Bodies:
     """Add all shafts with their bearings or joints and their drags."""
-    mbs, gearbox, scene = site.mbs, site.gearbox, site.scene
+    mbs, gearbox, scene = site.bare_mbs, site.gearbox, site.scene
     gears = {
         name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
     }
@@ -248,13 +248,13 @@ def _add_elastic_shaft(
     stages = sum(elastic.shaft in stage.shafts for stage in site.gearbox.stages)
     on_seats = positions_on(site.on_seats, elastic.shaft)
     return add_elastic_shaft(
-        site.mbs, elastic, bodies.gears[name], rotors.get(elastic.shaft.end_name), stages, on_seats
+        site.bare_mbs, elastic, bodies.gears[name], rotors.get(elastic.shaft.end_name), stages, on_seats
     )
 
 
 def _add_contact(site: Construction, bodies: Bodies, number: int, ring: RingInMesh | None) -> AddedContact:
     """Add the contact of a stage, by its number; ring: the elastic one that meshes in it, if any."""
-    mbs, gearbox = site.mbs, site.gearbox
+    mbs, gearbox = site.bare_mbs, site.gearbox
     label, stage = gearbox.labels[number], gearbox.stages[number]
     items, recorder = [bodies.shafts[shaft.name] for shaft in stage.shafts], Recorder()
     for side, (name, axial) in enumerate(stage.ends):
@@ -284,7 +284,7 @@ def _located(
     site: Construction, bodies: Bodies, elastics: Mapping[str, BuiltShaft], rings: Mapping[str, BuiltRing]
 ) -> LocatedParts:
     """The `LocatedParts` of the assembled system."""
-    mbs = site.mbs
+    mbs = site.bare_mbs
     return LocatedParts(
         {
             name: mbs.GetNodeODE2Index(node_of(mbs, body)) + site.scene.shafts[name].spin_index
@@ -326,7 +326,7 @@ def _row(site: Construction, stage: Stage, contact: AddedContact, parts: Located
     frame, scene, elastics = contact.frame, site.scene, parts.elastics
     spins = dict(parts.spins) | {name: elastics[name].spins[axial] for name, axial in stage.ends if name in elastics}
     is_planar_set = any(scene.shafts[shaft.name].on_bearings for shaft in (stage.fast, stage.slow))
-    row, entries = np.zeros(site.mbs.systemData.ODE2Size()), np.zeros((2, 6))
+    row, entries = np.zeros(site.bare_mbs.systemData.ODE2Size()), np.zeros((2, 6))
     if is_spatial(frame):
         entries[:] = spatial_row(frame).reshape(2, 6)
     else:
@@ -344,7 +344,7 @@ def _row(site: Construction, stage: Stage, contact: AddedContact, parts: Located
 
 def _add_supported_body(site: Construction, shaft: Shaft) -> int:
     """Add a shaft as a body with its bearings or its joint; returns the number of the body."""
-    mbs, gearbox, coordinates = site.mbs, site.gearbox, site.scene.shafts[shaft.name]
+    mbs, gearbox, coordinates = site.bare_mbs, site.gearbox, site.scene.shafts[shaft.name]
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
@@ -380,7 +380,7 @@ def _add_supported_body(site: Construction, shaft: Shaft) -> int:
 
 def _add_pin(site: Construction, bodies: Bodies, name: str) -> Pin:
     """Add the pin of a planet by its name."""
-    mbs, gearbox = site.mbs, site.gearbox
+    mbs, gearbox = site.bare_mbs, site.gearbox
     carrier, planet = gearbox.planets[name], gearbox.ends[name]
     poses, spin_index = (pose(gearbox, planet), pose(gearbox, carrier)), site.scene.shafts[name].spin_index
     pin = pin_of(planet, carrier, poses, spin_index, gearbox.series_pins.get(name))
