@@ -13,6 +13,7 @@ from exugear.steady_state.cycle_kernels import MEASURES, NO_SAMPLES, advance, pr
 from exugear.steady_state.exciting_mesh import ExcitingMesh, times_between_jumps
 from exugear.steady_state.modal_blocks import ModalBlocks
 from exugear.steady_state.ring_blocks import RingBlocks, largest_mobilities
+from fem.support.validation import set_fields
 
 #: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
 #: share in the mobility needs its root of them. Measured: doubling them changes folds and rms by 3e-4 at most.
@@ -149,9 +150,8 @@ class SteadySystem:
     def __post_init__(self):
         records = tuple(mesh.record(x) for mesh, x in zip(self.meshes, self.blocks.mobilities, strict=True))
         addresses = [(address_of(x.law.table), address_of(y)) for x, y in zip(self.meshes, records, strict=True)]
-        object.__setattr__(self, "records", records)
-        object.__setattr__(self, "addresses", np.array(addresses))
-        object.__setattr__(self, "breaks", times_between_jumps(self.meshes))
+        set_fields(self, records=records, addresses=np.array(addresses))
+        set_fields(self, breaks=times_between_jumps(self.meshes))
 
     @property
     def size(self) -> int:
