@@ -16,7 +16,7 @@ from fem.support.numba_cache import compiled_or_not
 from fem.support.representation import short
 from fem.support.tables import read_table
 from fem.support.user_warning import warn_renamed
-from fem.support.validation import increasing, require, require_finite
+from fem.support.validation import increasing, require, require_finite, set_fields
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping_time": "s", "clearance": "m"}
 #: Stiffness [N/m, N m/rad] from which on a bearing is effectively rigid.
@@ -130,7 +130,7 @@ class Bearing:
         fall = f"{force[steepest]:g} N is followed by {force[steepest + 1]:g} N, which would be unstable"
         require(bool(np.diff(force).min() >= 0), f"forces of the table must not fall; {fall}: sort or smooth it")
         require(bool(force[-1] > 0), f"forces of the table must end above 0 N, got {force[-1]:g} N")
-        object.__setattr__(self, "table", tuple(tuple(column.tolist()) for column in columns))
+        set_fields(self, table=tuple(tuple(column.tolist()) for column in columns))
 
     def _set_matrix(self) -> None:
         k = np.asarray(self.matrix, float)
@@ -148,7 +148,7 @@ class Bearing:
         least = np.linalg.eigvalsh(scaled)[0]
         sign = f"its least eigenvalue, scaled to a unit diagonal, is {least:.3g}; check the signs of its coupling terms"
         require(least > -ROUNDING, f"matrix must be positive semi-definite, {sign}")
-        object.__setattr__(self, "matrix", tuple(map(tuple, ((k + k.T) / 2).tolist())))
+        set_fields(self, matrix=tuple(map(tuple, ((k + k.T) / 2).tolist())))
 
     def _check_size(self) -> None:
         size = np.diag(self.stiffness)

@@ -31,7 +31,7 @@ from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
 from fem.support.arguments import DERIVED, Finite, Numbers, checked
-from fem.support.validation import require, text_of
+from fem.support.validation import require, set_fields, text_of
 from fem.units import mm
 
 #: Share of the largest mesh force below which a force is rounding.
@@ -110,8 +110,8 @@ class Gearbox:
         kinds = f"stages must be a list of Stage, Planetary and InnerPlanets, got {type(self.stages).__name__}"
         require(listed, f"{kinds}; write Gearbox([stage])")
         stages = [stage for member in members for stage in getattr(member, "stages", (member,))]
-        object.__setattr__(self, "stages", tuple(stages))
-        object.__setattr__(self, "sets", tuple(member for member in members if isinstance(member, Planetary)))
+        set_fields(self, stages=tuple(stages))
+        set_fields(self, sets=tuple(member for member in members if isinstance(member, Planetary)))
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
         self._choose_ends()
@@ -124,15 +124,14 @@ class Gearbox:
         self._check_loads()
         by_name = {shaft.name: shaft for shaft in self.shafts}
         seats = checked_seats(self.between, self.stages, by_name, self.shaft_positions, self.housing)
-        object.__setattr__(self, "between", seats)
+        set_fields(self, between=seats)
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, f"{ends}, or name driving= and driven=")
-        object.__setattr__(self, "flank_senses", self._senses_of_flanks())
+        set_fields(self, flank_senses=self._senses_of_flanks())
         self._check_flanks()
         scene = self.stages, self.flank_senses, self.shaft_positions
         of_teeth = phasing(*scene, self._stepped_planets(members))
-        object.__setattr__(self, "phases", of_teeth.phases)
-        object.__setattr__(self, "gaps", of_teeth.gaps)
+        set_fields(self, phases=of_teeth.phases, gaps=of_teeth.gaps)
 
     def __repr__(self) -> str:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
@@ -374,16 +373,16 @@ class Gearbox:
         held = (self.held,) if isinstance(self.held, str) else tuple(self.held)
         unknown = [name for name in held if name not in names]
         require(not unknown, f"held: no shafts {unknown}; the shafts are {names}")
-        object.__setattr__(self, "held", held)
+        set_fields(self, held=held)
         first, last = self._members(self.stages[0]), self._members(self.stages[-1])
         self._check_speeds(names)
         turning = [self.ends[name] for name, speed in (self.speeds or {}).items() if speed]
         driving = self._end("driving", turning or [first["sun"], first["ring"]])
-        object.__setattr__(self, "driving", driving)
+        set_fields(self, driving=driving)
         candidates = [last["carrier"], last["ring"], last["sun"]] if self.stages[-1].carrier else [last["ring"]]
         imposed = driving.name, *(self.speeds or ())
         candidates = sorted(candidates, key=lambda shaft: shaft.name in imposed)
-        object.__setattr__(self, "driven", self._end("driven", candidates))
+        set_fields(self, driven=self._end("driven", candidates))
 
     def _check_elastic_rings(self) -> None:
         """ValueError for rings with modes that are not held, or mesh with other gears than the planets of their set."""
@@ -493,11 +492,10 @@ class Gearbox:
         require(speeds[self.driving.name] != 0, drives)
         ratios = {name: speed / speeds[self.driving.name] for name, speed in speeds.items()}
         directions = {name: 1 if ratio >= 0 else -1 for name, ratio in ratios.items()}
-        object.__setattr__(self, "ratios", {name: float(ratio) for name, ratio in ratios.items()})
+        set_fields(self, ratios={name: float(ratio) for name, ratio in ratios.items()})
         rows = [[float(motion[name]) for name in names] for motion in motions.values()]
-        object.__setattr__(self, "motions", np.array(rows))
-        object.__setattr__(self, "directions", directions)
-        object.__setattr__(self, "shaft_positions", shaft_positions(self.stages, traversal))
+        set_fields(self, motions=np.array(rows), directions=directions)
+        set_fields(self, shaft_positions=shaft_positions(self.stages, traversal))
 
     def _exact_motions(self, traversal: Traversal) -> dict[str, dict[str, Fraction]]:
         """Speed of every shaft per speed of each independent one."""

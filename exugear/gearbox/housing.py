@@ -23,7 +23,7 @@ from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Shaft
 from fem.housing.reduced_housing import PER_SEAT, ReducedHousing
 from fem.support.arguments import FilePath, Finite, checked
-from fem.support.validation import numbers, require, require_finite, text_of
+from fem.support.validation import numbers, require, require_finite, set_fields, text_of
 from fem.units import mm
 
 #: Relative error of a matrix that is rounding; least eigenvalue of a matrix scaled to a unit diagonal.
@@ -61,10 +61,10 @@ class Housing:
     damping_ratio: Finite = field(default=0.0, kw_only=True)
 
     def __post_init__(self):
-        object.__setattr__(self, "seats", _seats_of(self.seats))
-        object.__setattr__(self, "stiffness", self._matrix("stiffness", self.stiffness))
+        set_fields(self, seats=_seats_of(self.seats))
+        set_fields(self, stiffness=self._matrix("stiffness", self.stiffness))
         if self.mass is not None:
-            object.__setattr__(self, "mass", self._matrix("mass", self.mass))
+            set_fields(self, mass=self._matrix("mass", self.mass))
             shapes = f"mass must be of the shape {self.stiffness.shape} of the stiffness, got {self.mass.shape}"
             require(self.mass.shape == self.stiffness.shape, shapes)
         light = "damping_ratio is that of the modes of the housing, which need mass=; or pass damping_time="

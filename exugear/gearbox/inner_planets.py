@@ -23,7 +23,7 @@ from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from fem.pair.pair import GearPair
 from fem.support.arguments import DERIVED, checked
-from fem.support.validation import require
+from fem.support.validation import require, set_fields
 from fem.units import mm
 
 
@@ -79,9 +79,9 @@ class InnerPlanets:
         meshes = {role: self._listed(f"{role}_mesh") for role in ("sun", "planet")}
         for role, maps in meshes.items():
             if getattr(self, f"{role}_pair") is None:
-                object.__setattr__(self, f"{role}_pair", pair_of_map(maps[0], role))
+                set_fields(self, **{f"{role}_pair": pair_of_map(maps[0], role)})
         beside = self._angle_beside()
-        object.__setattr__(self, "angles", tuple(angle + self.side * beside for angle in self.outer.angles))
+        set_fields(self, angles=tuple(angle + self.side * beside for angle in self.outer.angles))
         self._check_room()
         self._check_assembly()
         planets = [self.sun_pair.wheel] * len(self.angles) if self.planet is None else self._listed("planet")
@@ -89,7 +89,7 @@ class InnerPlanets:
         axial = next((at for at, gear in self.sun.gears.items() if gear == self.sun_pair.pinion), 0.0)
         keep_names = isinstance(self.planet, list | tuple)
         shafts = shafts_of_planets(self.name, planets, pins, axial, keep_names=keep_names)
-        object.__setattr__(self, "stages", tuple(self._stages(shafts, meshes)))
+        set_fields(self, stages=tuple(self._stages(shafts, meshes)))
 
     def __repr__(self) -> str:
         at = ", ".join(f"{degrees(angle):.6g}" for angle in self.angles)

@@ -35,7 +35,7 @@ from fem.pair.pair import GearPair
 from fem.ste.map_without_ring_modes import without_ring_modes
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import DERIVED, checked
-from fem.support.validation import numbers, require, require_finite, text_of
+from fem.support.validation import numbers, require, require_finite, set_fields, text_of
 from fem.units import mm
 
 #: Largest displacement of a pin [m] and slope of its axis [rad], as of a `Placement`.
@@ -172,13 +172,12 @@ class Planetary:
         angles = planet_angles(3 if self.planets is None else self.planets, self.angles)
         both = f"planets is {self.planets}, but angles hold {angles.size}; leave one of them out"
         require(self.planets in (None, angles.size), both)
-        object.__setattr__(self, "angles", tuple(angles.tolist()))
-        object.__setattr__(self, "planets", angles.size)
+        set_fields(self, angles=tuple(angles.tolist()), planets=angles.size)
         require_finite("phase", self.phase or 0.0, "pass a share of a pitch")
         sun_meshes, ring_meshes = self._listed("sun_mesh"), self._listed("ring_mesh")
         for mesh, role in ((sun_meshes[0], "sun"), (ring_meshes[0], "ring")):
             if getattr(self, f"{role}_pair") is None:
-                object.__setattr__(self, f"{role}_pair", pair_of_map(mesh, role))
+                set_fields(self, **{f"{role}_pair": pair_of_map(mesh, role)})
         check_pairs(self.sun_pair, self.ring_pair)
         self._check_planets()
         self._check_room()
@@ -189,11 +188,11 @@ class Planetary:
             rigid = {id(mesh): without_ring_modes(mesh, self.ring_modes) for mesh in ring_meshes}
             ring_meshes = [rigid[id(mesh)] for mesh in ring_meshes]
         steps = step_angles(self.step_angle, self.planets)
-        object.__setattr__(self, "step_angle", tuple(steps.tolist()))
+        set_fields(self, step_angle=tuple(steps.tolist()))
         teeth = fitting_teeth(self.sun_pair, self.ring_pair, angles, steps, self.tooth)
-        object.__setattr__(self, "teeth", tuple(teeth))
+        set_fields(self, teeth=tuple(teeth))
         shafts = self._planet_shafts()
-        object.__setattr__(self, "stages", tuple(self._stages(shafts, sun_meshes, ring_meshes)))
+        set_fields(self, stages=tuple(self._stages(shafts, sun_meshes, ring_meshes)))
 
     def __repr__(self) -> str:
         at = ", ".join(f"{degrees(angle):.6g}" for angle in self.angles)

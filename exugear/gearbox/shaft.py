@@ -21,7 +21,7 @@ from fem.gear.material import STEEL, Material
 from fem.support.arguments import DERIVED, Finite, checked
 from fem.support.plausibility import check_rotor_mass, check_torsion
 from fem.support.representation import short
-from fem.support.validation import number, require, text_of
+from fem.support.validation import number, require, set_fields, text_of
 from fem.units import mm
 
 #: Largest relaxation time of couplings [s], beyond which the user is taken to mean another unit; stiffness [N m/rad]
@@ -64,7 +64,7 @@ class Coupling:
         further = (self.further,) if isinstance(self.further, Coupling) else self.further
         couplings = isinstance(further, list | tuple) and all(isinstance(x, Coupling) for x in further)
         require(couplings, f"further must be a Coupling or a list of them, got {text_of(further)}")
-        object.__setattr__(self, "further", tuple(further))
+        set_fields(self, further=tuple(further))
         require_all("a coupling", self, {"torsion": "N m/rad", "inertia": "kg m^2"})
         rigid = f"torsion {self.torsion:g} N m/rad is effectively rigid (from {RIGID:g} on)"
         require(self.torsion < RIGID, f"{rigid}; leave the coupling out and add a Disc")
@@ -237,7 +237,7 @@ class Shaft:
     def __post_init__(self):
         groups = {axial: x if isinstance(x, list | tuple) else (x,) for axial, x in sorted(self.parts.items())}
         listed = {axial: group[0] if len(group) == 1 else tuple(group) for axial, group in groups.items()}
-        object.__setattr__(self, "parts", listed)
+        set_fields(self, parts=listed)
         self._check_sections()
         self._check_parts()
         self._check_positions()
@@ -260,7 +260,7 @@ class Shaft:
             rigid = f"torque_at of {owner} needs sections=, between which and the gears the shaft twists"
             require(self.torque_at is None, f"{rigid}; leave it out, or pass sections=[(d, length), ...]")
             return
-        object.__setattr__(self, "sections", sections_of(owner, self.sections))
+        set_fields(self, sections=sections_of(owner, self.sections))
         first, last = (float(x) for x in bounds_of(self.cylinders)[[0, -1]])
         self._derive("length", last - first)
         if self.torque_at is not None:
@@ -273,7 +273,7 @@ class Shaft:
         alike = given is None or not self.sections or abs(given - value) <= ROUNDING * value
         by_sections = f"sections of shaft {self.name!r} give its {name}, {value:.6g}, got {given}"
         require(alike, f"{by_sections}; leave {name} out, or add a Disc for what the sections lack")
-        object.__setattr__(self, name, value if given is None else given)
+        set_fields(self, **{name: value if given is None else given})
 
     def _check_parts(self) -> None:
         require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
@@ -308,7 +308,7 @@ class Shaft:
         if not turning:
             self._fill_without_body()
             return
-        object.__setattr__(self, "centre", sum(disc.mass * axial for axial, disc in turning) / total)
+        set_fields(self, centre=sum(disc.mass * axial for axial, disc in turning) / total)
         self._derive("mass", total)
         self._derive("inertia", sum(disc.inertia for _, disc in turning))
         levers = [disc.mass * (axial - self.centre) ** 2 for axial, disc in turning]
@@ -321,9 +321,9 @@ class Shaft:
         body = f"shaft {self.name!r} has no part with a body: no fem.Gear and no Disc"
         require(known, f"{body}; pass inertia= and mass=, or add a Disc to parts")
         axial = list(self.gears) or list(self.parts) or [0.0]
-        object.__setattr__(self, "centre", sum(axial) / len(axial))
+        set_fields(self, centre=sum(axial) / len(axial))
         if self.transverse is None:
-            object.__setattr__(self, "transverse", self.inertia / 2)
+            set_fields(self, transverse=self.inertia / 2)
 
     def _check_rotors(self) -> None:
         names = [self.name, *(rotor.name for rotor in self.rotors)]
@@ -345,7 +345,7 @@ class Shaft:
 
     def _check_loads(self) -> None:
         """Require bearings that carry forces, unbalance and weight."""
-        object.__setattr__(self, "gravity", gravity_of(f"shaft {self.name!r}", self.gravity))
+        set_fields(self, gravity=gravity_of(f"shaft {self.name!r}", self.gravity))
         acting = [type(part).__name__ for _, part in parts_of(self, Load)] + ["gravity"] * any(self.gravity)
         carried = f"shaft {self.name!r} has no bearings that carry its {', '.join(acting)}"
         require(bool(self.bearings) or not acting, f"{carried}; add a Bearing or RollingBearing to its parts")

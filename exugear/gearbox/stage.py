@@ -18,7 +18,7 @@ from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import DERIVED, checked
 from fem.support.representation import field_text, short
-from fem.support.validation import require, require_finite, require_within
+from fem.support.validation import require, require_finite, require_within, set_fields
 from fem.units import mm
 
 #: Distance [m] within which an axial position is that of a gear.
@@ -96,12 +96,12 @@ class Stage:
             require_finite("phase", self.phase, "pass a share of a pitch")
         mesh = self.mesh
         force = self._given_force(mesh) if isinstance(mesh, MeshForce) else self._force_of_map(mesh)
-        object.__setattr__(self, "force", force)
+        set_fields(self, force=force)
         given = isinstance(self.pair, GearPair | RingPair)
         require(given, f"pair must be a fem.GearPair or a RingPair, got {self.pair}; a MeshForce needs one")
         if self.friction is not None:
             self.friction.check_pair(self.pair)
-        object.__setattr__(self, "axial_positions", self._find_gears())
+        set_fields(self, axial_positions=self._find_gears())
         self._damp()
 
     def _given_force(self, force: MeshForce) -> MeshForce:
@@ -117,13 +117,13 @@ class Stage:
             require_within("damping_ratio", ratio, 0, 1, remedy="(6 % of the critical damping: 0.06)")
             twice = f"damping_ratio replaces damping, got both: {ratio:g} and {self.force.damping:g} N s/m"
             require(self.damping is None and self.force.damping == 0, f"{twice}; leave one out")
-            object.__setattr__(self, "force", replace(self.force, damping=ratio * self.critical_damping))
+            set_fields(self, force=replace(self.force, damping=ratio * self.critical_damping))
         check_damping(self.force.damping, self.critical_damping)
 
     def _force_of_map(self, ste: xr.Dataset) -> MeshForce:
         mapped = pair_of(ste)
         if self.pair is None:
-            object.__setattr__(self, "pair", mapped)
+            set_fields(self, pair=mapped)
         given, of_map = ([(gear.z, gear.m_n, gear.beta) for gear in (p.pinion, p.wheel)] for p in (self.pair, mapped))
         alike = np.allclose(given, of_map, rtol=1e-9, atol=0.0)
         require(alike, f"pair must be that of the map, {mapped}, got {self.pair}; leave pair out beside a map")

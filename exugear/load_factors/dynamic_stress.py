@@ -8,11 +8,12 @@ import xarray as xr
 
 from exugear.planning.mirrored_flanks import warn_of_mirrored
 from exugear.running.run_data import stage_data
-from exugear.signals.envelope import mesh_cycles, window_edges
+from exugear.signals.envelope import means_between, mesh_cycles, window_edges
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import SIDES_DIFFER, why_unlike
 from fem.ste.ste_map import check_whole_cycle, number_of_pitches, pair_of
 from fem.support.arguments import checked
+from fem.support.intervals import interval_of
 from fem.support.validation import increasing, require, require_finite
 
 GEAR, TORQUE, PHASE, TIME, SPEED = "gear", "torque", "phase", "time", "speed"
@@ -129,15 +130,10 @@ def stress_envelope(stress: xr.Dataset, windows: int = 280) -> xr.Dataset:
         for name in POWERS
         if name in stress
     }
-    means = {name: _means(stress[name].values[:end], first) for name in (SPEED, "mesh_frequency")}
+    means = {name: means_between(stress[name].values, edges) for name in (SPEED, "mesh_frequency")}
     coordinates = {GEAR: stress[GEAR], SPEED: (SPEED, means[SPEED], stress[SPEED].attrs)}
     frequency = {"mesh_frequency": (SPEED, means["mesh_frequency"], stress["mesh_frequency"].attrs)}
     return xr.Dataset(_labelled(largest, SPEED) | frequency, coordinates)
-
-
-def _means(values: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """(m,) means of values (n,) between the samples first (m,) and the next."""
-    return np.add.reduceat(values, first) / np.diff(first, append=values.size)
 
 
 def _labelled(stresses: dict[str, np.ndarray], axis: str) -> dict[str, tuple]:
@@ -184,7 +180,7 @@ def _interval(grid: np.ndarray, queries: np.ndarray) -> tuple[np.ndarray, np.nda
     """Lower grid point of the interval of each query, and the share of the interval below it, clipped to [0, 1]."""
     if grid.size == 1:
         return np.zeros(queries.shape, int), np.zeros(queries.shape)
-    lower = np.clip(np.searchsorted(grid, queries, side="right") - 1, 0, grid.size - 2)
+    lower = interval_of(grid, queries)
     return lower, np.clip((queries - grid[lower]) / (grid[lower + 1] - grid[lower]), 0.0, 1.0)
 
 

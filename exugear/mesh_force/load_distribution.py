@@ -9,6 +9,7 @@ import xarray as xr
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import left_torques
 from fem.ste.ste_map import PHASE, TORQUE, check, check_period, over_torque_and_pitches, pair_of, pitches_of
+from fem.support.intervals import interval_of
 from fem.support.validation import require
 
 #: Steps over a pitch.
@@ -121,7 +122,7 @@ def _shares(ste, torque: float, position: np.ndarray) -> np.ndarray:
     closed = np.r_[phase[-1] - pitches, phase, phase[0] + pitches]
     pitch, at = np.divmod(np.arange(position.shape[1]), STEPS)
     at = pitch + at / STEPS
-    low = np.searchsorted(closed, at, side="right") - 1
+    low = interval_of(closed, at)
     ahead = (at - closed[low]) / (closed[low + 1] - closed[low])
     number = np.clip(np.floor(position).astype(int) - pitch - first, 0, by_number.shape[1] - 1)
     return (1 - ahead) * by_number[low, number] + ahead * by_number[low + 1, number]

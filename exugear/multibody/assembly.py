@@ -19,9 +19,9 @@ from exugear.contact.reference_configuration import (
     spatial_row,
 )
 from exugear.contact.rotation import SPIN, BodyKind
-from exugear.gearbox.elastic_shaft import rigid_motion
+from exugear.gearbox.elastic_shaft import ElasticShaft, rigid_motion
 from exugear.gearbox.gearbox import Gearbox, anchors_of
-from exugear.gearbox.housing import Housing
+from exugear.gearbox.housing import Housing, Seat
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
@@ -40,11 +40,12 @@ from exugear.multibody.elastic_shafts import BuiltShaft, add_bodies_of_gears, ad
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact, state_of
 from exugear.multibody.housing import add_housing
-from exugear.multibody.imposed_motion import AT_REST, imposed_motion
+from exugear.multibody.imposed_motion import AT_REST
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import REST, BuiltMesh, BuiltSystem, Model, hold_members, linearized
 from exugear.multibody.moving_seats import add_moving_seats, located_seats, moving_seats, positions_on
 from exugear.multibody.planet_pins import Pin, add_pin, pin_of
+from exugear.multibody.polynomial_pieces import pieces_record
 from exugear.multibody.recorder import Recorder
 from exugear.multibody.unbalance import add_unbalance
 from exugear.planning.built_plan import BuiltPlan
@@ -55,10 +56,59 @@ from exugear.planning.rolling_bearings import with_linear_bearings
 from fem.support.arguments import checked
 from fem.support.validation import require
 
-#: Object numbers of the bodies of the gears of elastic shafts, by the name of the shaft and the axial position [m].
-BodiesOfGears = Mapping[str, Mapping[float, int]]
 #: Angular frequency of a held body on the spring that makes static solves regular [rad/s].
 HELD_OMEGA = 100.0
+
+
+class Construction(NamedTuple):
+    """A system under construction, and what it is built from.
+
+    bare_mbs, ground   Exudyn's system, and the object in it that stands
+    gearbox, scene     and the plan of the gearbox
+    on_seats           bearings whose seats move
+    """
+
+    bare_mbs: Any
+    ground: int
+    gearbox: Gearbox
+    scene: Plan
+    on_seats: Sequence[Seat]
+
+
+class Bodies(NamedTuple):
+    """Object numbers of bodies in a system.
+
+    shafts   by name; an elastic shaft has that of its first gear
+    gears    of elastic shafts, by the name of the shaft and the axial position [m]
+    """
+
+    shafts: Mapping[str, int]
+    gears: Mapping[str, Mapping[float, int]]
+
+    def of_gear(self, shaft: str, axial: float) -> int:
+        """The body that carries the gear of a shaft at an axial position [m]."""
+        return self.gears[shaft][axial] if shaft in self.gears else self.shafts[shaft]
+
+
+class AddedContact(NamedTuple):
+    """A gear contact in the system: its object number, recorder, geometry, and elastic ring, if any."""
+
+    number: int
+    recorder: Recorder
+    frame: np.record
+    ring: RingInMesh | None
+
+
+class LocatedParts(NamedTuple):
+    """Where the parts of an assembled system have their coordinates.
+
+    spins             index of the last coordinate of each shaft, by name
+    elastics, rings   elastic shafts and rings with the indices of theirs
+    """
+
+    spins: Mapping[str, int]
+    elastics: Mapping[str, BuiltShaft]
+    rings: Mapping[str, BuiltRing]
 
 
 @checked
@@ -77,67 +127,53 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     scene, gearbox = _scene(gearbox, plan)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    ground = mbs.CreateGround()
-    of_gears = {
-        name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
-    }
-    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene, of_gears) for shaft in gearbox.shafts}
-    for drag in gearbox.drags_between:
-        carried, carrying = (node_of(mbs, bodies[name]) for name in (drag.carried, drag.carrying))
-        add_drag_between(mbs, (carried, carrying), drag)
-    on_seats = moving_seats(gearbox, scene)
-    mbs.variables[REST] = imposed_motion(*AT_REST)
-    pins = tuple(_add_pin(mbs, gearbox, name, bodies, scene.shafts[name]) for name in gearbox.planets_on_pins)
+    site = Construction(mbs, mbs.CreateGround(), gearbox, scene, moving_seats(gearbox, scene))
+    bodies = _add_bodies(site)
+    mbs.variables[REST] = pieces_record(*AT_REST)
+    pins = tuple(_add_pin(site, bodies, name) for name in gearbox.planets_on_pins)
     for name in gearbox.held:
-        add_hold(mbs, bodies[name], gearbox.inertias[name], scene.shafts[name])
+        add_hold(mbs, bodies.shafts[name], gearbox.inertias[name], scene.shafts[name])
     for shaft in gearbox.shafts:
-        add_torque_supports(mbs, bodies[shaft.name], shaft, scene.shafts[shaft.name])
-    numbers_of_stages = range(len(gearbox.stages))
+        add_torque_supports(mbs, bodies.shafts[shaft.name], shaft, scene.shafts[shaft.name])
     rings = {name: add_elastic_ring(mbs, ring) for name, ring in gearbox.elastic_rings.items()}
-    in_meshes = [ring_in_mesh(rings, gearbox, number) for number in numbers_of_stages]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
-        rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
-    elastics = {
-        name: add_elastic_shaft(
-            mbs,
-            elastic,
-            of_gears[name],
-            rotors.get(elastic.shaft.end_name),
-            sum(elastic.shaft in stage.shafts for stage in gearbox.stages),
-            positions_on(on_seats, elastic.shaft),
-        )
-        for name, elastic in scene.elastic.items()
-    }
-    contacts = [_add_contact(mbs, gearbox, number, scene, bodies, of_gears, in_meshes) for number in numbers_of_stages]
+        rotors |= add_rotors(mbs, shaft, bodies.shafts[shaft.name], scene.shafts[shaft.name])
+    elastics = {name: _add_elastic_shaft(site, bodies, rotors, elastic) for name, elastic in scene.elastic.items()}
+    contacts = [
+        _add_contact(site, bodies, number, ring_in_mesh(rings, gearbox, number))
+        for number in range(len(gearbox.stages))
+    ]
     for stage, contact in zip(gearbox.stages, contacts, strict=True):
-        for side, shaft in enumerate((stage.fast, stage.slow)):
-            if shaft.name in elastics:
-                by_shafts = state_of(mbs, contact.number)["by_shafts"]
-                elastics[shaft.name].in_steps.read_by(contact.number, by_shafts[side:])
-    add_housing(mbs, gearbox, scene, bodies, elastics)
-    seats = add_moving_seats(mbs, gearbox, scene, bodies, elastics)
+        _let_elastic_shafts_read(mbs, elastics, stage, contact)
+    add_housing(mbs, gearbox, scene, bodies.shafts, elastics)
+    seats = add_moving_seats(mbs, gearbox, scene, bodies.shafts, elastics)
     end_markers = {
-        shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
+        shaft.name: end_marker(mbs, shaft, bodies.shafts[shaft.name], rotors, scene.shafts[shaft.name])
         for shaft in gearbox.shafts
     }
     drive_items = drive_items_of(mbs, gearbox, end_markers)
     built = mbs.systemData.NumberOfObjects(), mbs.systemData.NumberOfLoads()
     with quiet():
         mbs.Assemble()
-    spins = {
-        name: mbs.GetNodeODE2Index(node_of(mbs, body)) + scene.shafts[name].spin_index for name, body in bodies.items()
-    }
-    elastics = {name: located(mbs, elastic) for name, elastic in elastics.items()}
-    rings = {name: located_ring(mbs, ring) for name, ring in rings.items()}
-    rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
-    meshes = tuple(
-        _mesh(stage, scene, label, contact, _row(mbs, stage, contact, spins, elastics, rings, scene))
-        for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
+    parts = _located(site, bodies, elastics, rings)
+    system = BuiltSystem(
+        gearbox=gearbox,
+        scene=scene,
+        bare_mbs=mbs,
+        container=container,
+        contacts=tuple(_mesh(site, number, contact, parts) for number, contact in enumerate(contacts)),
+        bodies=bodies.shafts,
+        spins=parts.spins,
+        rotor_spins={name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()},
+        end_markers=end_markers,
+        drive_items=drive_items,
+        built=built,
+        pins=pins,
+        elastics=parts.elastics,
+        rings=parts.rings,
+        seats=located_seats(mbs, seats),
     )
-    numbers = bodies, spins, rotor_spins, end_markers, drive_items, built
-    further = pins, elastics, rings
-    system = BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers, *further, seats=located_seats(mbs, seats))
     hold_members(system)
     return linearized(system, gearbox.independent)
 
@@ -186,47 +222,84 @@ def _check_suits(scene: Plan, suitable: Plan, housing: Housing | None) -> None:
         require(alike, f"{remedy}: damping, backlash and stiffness of {label} are {given} instead of {needed}")
 
 
-class AddedContact(NamedTuple):
-    """A gear contact in the system: its object number, recorder, geometry, and elastic ring, if any."""
+def _add_bodies(site: Construction) -> Bodies:
+    """Add all shafts with their bearings or joints and their drags."""
+    mbs, gearbox, scene = site.bare_mbs, site.gearbox, site.scene
+    gears = {
+        name: add_bodies_of_gears(mbs, pose(gearbox, elastic.shaft), elastic) for name, elastic in scene.elastic.items()
+    }
+    shafts: dict[str, int] = {}
+    for shaft in gearbox.shafts:
+        on_gears = gears.get(shaft.name)
+        body = on_gears[shaft.stations[0]] if on_gears else _add_supported_body(site, shaft)
+        add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground[shaft.name], scene.shafts[shaft.name])
+        shafts[shaft.name] = body
+    for drag in gearbox.drags_between:
+        carried, carrying = (node_of(mbs, shafts[name]) for name in (drag.carried, drag.carrying))
+        add_drag_between(mbs, (carried, carrying), drag)
+    return Bodies(shafts, gears)
 
-    number: int
-    recorder: Recorder
-    frame: np.record
-    ring: RingInMesh | None
+
+def _add_elastic_shaft(
+    site: Construction, bodies: Bodies, rotors: Mapping[str, int], elastic: ElasticShaft
+) -> BuiltShaft:
+    """Add what bends and twists between the bodies of the gears of an elastic shaft, and its end rotor."""
+    name = elastic.shaft.name
+    stages = sum(elastic.shaft in stage.shafts for stage in site.gearbox.stages)
+    on_seats = positions_on(site.on_seats, elastic.shaft)
+    return add_elastic_shaft(
+        site.bare_mbs, elastic, bodies.gears[name], rotors.get(elastic.shaft.end_name), stages, on_seats
+    )
 
 
-def _add_contact(
-    mbs,
-    gearbox: Gearbox,
-    number: int,
-    scene: Plan,
-    bodies: Mapping[str, int],
-    of_gears: BodiesOfGears,
-    rings: Sequence[RingInMesh | None],
-) -> AddedContact:
-    """Add the contact of a stage, by its number; rings: elastic ones of all stages."""
-    stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
-    items = [bodies[shaft.name] for shaft in stage.shafts]
+def _add_contact(site: Construction, bodies: Bodies, number: int, ring: RingInMesh | None) -> AddedContact:
+    """Add the contact of a stage, by its number; ring: the elastic one that meshes in it, if any."""
+    mbs, gearbox = site.bare_mbs, site.gearbox
+    label, stage = gearbox.labels[number], gearbox.stages[number]
+    items, recorder = [bodies.shafts[shaft.name] for shaft in stage.shafts], Recorder()
     for side, (name, axial) in enumerate(stage.ends):
-        items[side] = of_gears[name][axial] if name in of_gears else items[side]
+        items[side] = bodies.of_gear(name, axial)
     if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     kinds = [kind_of(mbs, item) for item in items]
     frame = _frame(gearbox, number, kinds[:2], spatial=displaced or set(kinds) != {SPIN})
-    ring = rings[number]
     if ring:
         frame = changed(frame, modes=ring.record.modes)
-    state = contact_state(ring.record if ring else None)
-    records = law.table, frame, state, stage.friction.table(stage.pair) if stage.friction else None
-    contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair, ring)
+    friction = stage.friction.table(stage.pair) if stage.friction else None
+    records = site.scene.laws[label].table, frame, contact_state(ring.record if ring else None), friction
+    contact = add_contact(mbs, label, items, records, recorder, stage.pair, ring)
     return AddedContact(contact, recorder, frame, ring)
 
 
-def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.ndarray) -> BuiltMesh:
-    """The mesh of a stage from its contact and its row."""
-    law, frame = scene.laws[label], contact.frame
+def _let_elastic_shafts_read(mbs, elastics: Mapping[str, BuiltShaft], stage: Stage, contact: AddedContact) -> None:
+    """Let the elastic shafts of a stage read what its contact tells about their steps."""
+    for side, shaft in enumerate((stage.fast, stage.slow)):
+        if shaft.name in elastics:
+            by_shafts = state_of(mbs, contact.number)["by_shafts"]
+            elastics[shaft.name].in_steps.read_by(contact.number, by_shafts[side:])
+
+
+def _located(
+    site: Construction, bodies: Bodies, elastics: Mapping[str, BuiltShaft], rings: Mapping[str, BuiltRing]
+) -> LocatedParts:
+    """The `LocatedParts` of the assembled system."""
+    mbs = site.bare_mbs
+    return LocatedParts(
+        {
+            name: mbs.GetNodeODE2Index(node_of(mbs, body)) + site.scene.shafts[name].spin_index
+            for name, body in bodies.shafts.items()
+        },
+        {name: located(mbs, elastic) for name, elastic in elastics.items()},
+        {name: located_ring(mbs, ring) for name, ring in rings.items()},
+    )
+
+
+def _mesh(site: Construction, number: int, contact: AddedContact, parts: LocatedParts) -> BuiltMesh:
+    """The mesh of a stage, by its number, from its contact."""
+    stage, law, frame = site.gearbox.stages[number], site.scene.laws[site.gearbox.labels[number]], contact.frame
     reference = reference_state(law.table.head, frame) if is_spatial(frame) else (-frame.gap, 0.0, phase_of(frame, 0.0))
+    row = _row(site, stage, contact, parts)
     return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
@@ -248,20 +321,12 @@ def _frame(gearbox: Gearbox, number: int, kinds: Sequence[BodyKind], *, spatial:
     return frame_on(stage.pair, phase, direction, (pinion, wheel), **nominal)
 
 
-def _row(
-    mbs,
-    stage: Stage,
-    contact: AddedContact,
-    spins: Mapping[str, int],
-    elastics: Mapping[str, BuiltShaft],
-    rings: Mapping[str, BuiltRing],
-    scene: Plan,
-) -> np.ndarray:
-    """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
-    frame = contact.frame
-    spins = dict(spins) | {name: elastics[name].spins[axial] for name, axial in stage.ends if name in elastics}
+def _row(site: Construction, stage: Stage, contact: AddedContact, parts: LocatedParts) -> np.ndarray:
+    """The row of a mesh over the coordinates of the system."""
+    frame, scene, elastics = contact.frame, site.scene, parts.elastics
+    spins = dict(parts.spins) | {name: elastics[name].spins[axial] for name, axial in stage.ends if name in elastics}
     is_planar_set = any(scene.shafts[shaft.name].on_bearings for shaft in (stage.fast, stage.slow))
-    row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
+    row, entries = np.zeros(site.bare_mbs.systemData.ODE2Size()), np.zeros((2, 6))
     if is_spatial(frame):
         entries[:] = spatial_row(frame).reshape(2, 6)
     else:
@@ -273,27 +338,13 @@ def _row(
         components, last = scene.shafts[shaft.name].components, spins[shaft.name] + 1
         row[last - len(components) : last] = entry[components]
     if contact.ring:
-        row[rings[stage.slow.name].indices] = row_on_ring(contact.ring, float(frame.phase))
+        row[parts.rings[stage.slow.name].indices] = row_on_ring(contact.ring, float(frame.phase))
     return row
 
 
-def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan, of_gears: BodiesOfGears) -> int:
-    """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body.
-
-    of_gears   bodies of the gears of elastic shafts, which are in the system already: the first stands for the shaft
-    """
-    coordinates = scene.shafts[shaft.name]
-    if shaft.name in of_gears:
-        body = of_gears[shaft.name][shaft.stations[0]]
-    else:
-        body = _add_supported_body(mbs, ground, gearbox, shaft, scene)
-    add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground[shaft.name], coordinates)
-    return body
-
-
-def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene: Plan) -> int:
-    """Add a shaft as a body with its bearings or its joint."""
-    coordinates = scene.shafts[shaft.name]
+def _add_supported_body(site: Construction, shaft: Shaft) -> int:
+    """Add a shaft as a body with its bearings or its joint; returns the number of the body."""
+    mbs, gearbox, coordinates = site.bare_mbs, site.gearbox, site.scene.shafts[shaft.name]
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
@@ -318,22 +369,22 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, scene:
         return body
     if coordinates is Coordinates.JOINT:
         axis = list(shaft.offset.axis)
-        mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
+        mbs.CreateRevoluteJoint(itemNumbers=[site.ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
     else:
-        on_seats = positions_on(moving_seats(gearbox, scene), shaft)
-        add_bearings(mbs, node_of(mbs, body), shaft, coordinates, on_seats)
+        add_bearings(mbs, node_of(mbs, body), shaft, coordinates, positions_on(site.on_seats, shaft))
         for axial, unbalance in shaft.unbalances:
             rows = rigid_motion(axial - shaft.centre)[:2]
             add_unbalance(mbs, [node_of(mbs, body)], rows, coordinates.spin_index, unbalance)
     return body
 
 
-def _add_pin(mbs, gearbox: Gearbox, name: str, bodies: Mapping[str, int], coordinates: Coordinates) -> Pin:
-    """Add the pin of a planet by its name, with the planet's coordinates."""
+def _add_pin(site: Construction, bodies: Bodies, name: str) -> Pin:
+    """Add the pin of a planet by its name."""
+    mbs, gearbox = site.bare_mbs, site.gearbox
     carrier, planet = gearbox.planets[name], gearbox.ends[name]
-    poses = pose(gearbox, planet), pose(gearbox, carrier)
-    pin = pin_of(planet, carrier, poses, coordinates.spin_index, gearbox.series_pins.get(name))
-    add_pin(mbs, (node_of(mbs, bodies[carrier.name]), node_of(mbs, bodies[name])), pin)
+    poses, spin_index = (pose(gearbox, planet), pose(gearbox, carrier)), site.scene.shafts[name].spin_index
+    pin = pin_of(planet, carrier, poses, spin_index, gearbox.series_pins.get(name))
+    add_pin(mbs, (node_of(mbs, bodies.shafts[carrier.name]), node_of(mbs, bodies.shafts[name])), pin)
     return pin
 
 

@@ -29,7 +29,7 @@ from exugear.multibody.exudyn_objects import (
     state_of_system,
 )
 from exugear.multibody.gear_contact import state_of
-from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
+from exugear.multibody.imposed_motion import coupling_kernel, coupling_record
 from exugear.multibody.model import (
     Model,
     by_shaft,
@@ -38,11 +38,11 @@ from exugear.multibody.model import (
     hold_members,
     is_first,
 )
+from exugear.multibody.polynomial_pieces import pieces_record
 from exugear.multibody.recorder import BodyRecorder
 from exugear.multibody.torque_kernels import SHAFT_NAMES, torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
-from exugear.operation.time_functions import Line
 from exugear.operation.torque_tables import NO_TORQUE, TorqueTable
 
 #: Key under which the system keeps imposed motions while they are known functions of time; name of a coupling of a
@@ -159,7 +159,7 @@ class DriveAndLoad:
         imposed = angles_and_rates(self.conditions)
         for i, (functions, speed_of) in enumerate(zip(imposed, self.conditions.speeds_of, strict=False)):
             as_functions = dict(zip(OFFSETS, functions, strict=True))
-            expressed = symbolic and isinstance(speed_of, Line)
+            expressed = symbolic and speed_of.single
             self.items.set_constraint(i, self._expressed(i, as_functions) if expressed else as_functions)
         for i in range(len(imposed), len(self.items.ends)):
             self.items.set_constraint(i, {"activeConnector": False})
@@ -178,7 +178,7 @@ class DriveAndLoad:
         for held, imposed, speed_of in zip(self.held, self.conditions.imposed, self.conditions.speeds_of, strict=True):
             knots, coefficients = speed_of.angle_pieces
             coefficients[:, 0] += imposed.start_angle
-            motions.append(imposed_motion(knots, self.model.gearbox.directions[held.name] * coefficients))
+            motions.append(pieces_record(knots, self.model.gearbox.directions[held.name] * coefficients))
             self._impose(held, motions[-1][0])
         if motions:
             self.model.bare_mbs.variables[MOTION] = motions

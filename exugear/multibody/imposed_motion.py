@@ -14,19 +14,15 @@ from exugear.contact.body_motion import BodyMotion
 from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.kernel_records import record_type
 from exugear.multibody.addresses import address_of, doubles_at, reader
+from exugear.multibody.polynomial_pieces import piece_at, pieces_at
 from fem.support.numba_cache import apart, compiled, kept
 
-#: Number of pieces of the angle about z over time, addresses of their knots (number + 1) and coefficients (number, 5)
-#: of 1, s, s^2 ..., s counted from the lower knot; the piece of the last call.
-IMPOSED_MOTION = record_type(*((name, "i8") for name in ("number", "knots", "coefficients", "piece")))
 #: Size of the coefficients of a piece [bytes].
 PIECE_SIZE = 40
 #: Inertia of a rotor [kg m^2], torsional stiffness [N m/rad] and damping [N m s/rad] of its coupling, address of the
-#: `IMPOSED_MOTION` of the rotor.
+#: `PIECES` of the rotor's angle about z over time.
 COUPLING = record_type(("inertia", "f8"), ("torsion", "f8"), ("damping", "f8"), ("motion", "i8"))
-imposed_motion_at, coupling_at = reader(IMPOSED_MOTION), reader(COUPLING)
-
-
+coupling_at = reader(COUPLING)
 #: A motion that never begins: that of a held shaft.
 AT_REST = np.array([0.0, 1.0]), np.zeros((1, 5))
 
@@ -39,13 +35,6 @@ class Spin(NamedTuple):
     acceleration: float
 
 
-def imposed_motion(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.record, tuple]:
-    """An `IMPOSED_MOTION`, and the arrays to which it points: they must live as long as the record."""
-    record, arrays = np.zeros(1, IMPOSED_MOTION)[0], (np.array(knots, float), np.array(coefficients, float, order="C"))
-    record.number, record.knots, record.coefficients = len(coefficients), *(array.ctypes.data for array in arrays)
-    return record, arrays
-
-
 @compiled(forceinline=True)
 def spin_of(address, t, angle, speed):
     """The `Spin` of a body at t by its imposed motion, or as its coordinate has it where the address is 0."""
@@ -54,15 +43,10 @@ def spin_of(address, t, angle, speed):
 
 @apart
 def imposed_spin(address, t):
-    """The `Spin` at t by the imposed motion at an address."""
-    motion = imposed_motion_at(address)
-    knots, i = carray(doubles_at(motion.knots), motion.number + 1), motion.piece
-    while i > 0 and t < knots[i]:
-        i -= 1
-    while i < motion.number - 1 and t >= knots[i + 1]:
-        i += 1
-    motion.piece = i
-    c, s = carray(doubles_at(motion.coefficients + PIECE_SIZE * i), 5), t - knots[i]
+    """The `Spin` at t by the `PIECES` of an angle at an address."""
+    angle = pieces_at(address)
+    i, s = piece_at(angle, t)
+    c = carray(doubles_at(angle.coefficients + PIECE_SIZE * i), 5)
     return Spin(
         c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * c[4]))),
         c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * 4.0 * c[4])),

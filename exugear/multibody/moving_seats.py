@@ -5,7 +5,7 @@ and of the housing. Bearings act on the motion of the shaft against its seat; a 
 (`exugear.multibody.elastic_shafts`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -91,7 +91,7 @@ def moving_seats(gearbox: Gearbox, scene: Plan) -> list[Seat]:
     return [*in_housing, *on_shafts]
 
 
-def positions_on(seats: list[Seat], shaft: Shaft) -> list[float]:
+def positions_on(seats: Sequence[Seat], shaft: Shaft) -> list[float]:
     """Axial positions [m] of the bearings of a shaft among seats."""
     return [axial for name, axial in seats if name == shaft.name]
 

@@ -11,7 +11,7 @@ from exugear.mesh_force.kernel_records import record_type
 from exugear.multibody.addresses import doubles_at, floats_at, reader
 from fem.support.arguments import checked
 from fem.support.numba_cache import apart, compiled
-from fem.support.validation import require
+from fem.support.validation import require, set_fields
 
 NAMES = "deflection", "force", "a", "misalignment", "axial", "centroid", "pinion_torque", "wheel_torque", "phase"
 #: Displacements [m] and tilts [rad] of pinion and wheel, and their rates: `COMPONENTS` of each.
@@ -194,14 +194,14 @@ class Recorder:
         self._hold({name: array[..., :number] for name, array in self.samples.items()})
 
     def _hold(self, samples: dict[str, np.ndarray]) -> None:
-        object.__setattr__(self, "samples", MappingProxyType(samples))
+        set_fields(self, samples=MappingProxyType(samples))
 
     def __getstate__(self) -> dict[str, np.ndarray]:
         return dict(self.samples)
 
     def __setstate__(self, samples: dict[str, np.ndarray]) -> None:
         """A copy has the samples, and takes no further ones before its start."""
-        object.__setattr__(self, "header", np.zeros(1, HEADER)[0])
+        set_fields(self, header=np.zeros(1, HEADER)[0])
         self._hold(samples)
 
     def __getattr__(self, name: str) -> np.ndarray:

@@ -13,10 +13,10 @@ import numpy as np
 from exugear.multibody.carrier_turns import rigid_motion
 from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
 from exugear.multibody.drive_and_load import is_known_function_of_time
-from exugear.multibody.equilibrium import explained
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, SystemState, set_state_of_system, state_of_system
 from exugear.multibody.model import Model, end_coordinate
 from exugear.multibody.shaft_motion import recorded
+from exugear.multibody.solve_errors import explained
 from exugear.multibody.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
 from exugear.operation.piecewise_cubics import GOLDEN

@@ -9,6 +9,7 @@ from numba import carray, types
 from exugear.mesh_force.kernel_records import pointer_to, record_type
 from exugear.multibody.addresses import address_of, doubles_at, reader
 from exugear.multibody.integrator_steps import state_at
+from exugear.multibody.polynomial_pieces import piece_at, pieces_at, pieces_record
 from exugear.multibody.recorder import header_at, sample_of, store
 from exugear.operation.torque_tables import ANGLE, SPEED, TorqueTable
 from fem.support.numba_cache import compiled, kept
@@ -16,11 +17,10 @@ from fem.support.numba_cache import compiled, kept
 #: What is recorded of a torque about z: angle [rad] and speed [rad/s] of the shaft, torque on it [N m].
 SHAFT_NAMES = "angle", "speed", "torque"
 #: A torque about z. direction: of the shaft at positive speed; sense: +1 with the motion (drive), -1 against it (load);
-#: held: 1 keeps the torque constant, for static solves. Number of pieces, addresses of knots and coefficients. Number
-#: of meshes, addresses of the addresses of their states and of their mesh forces per torque [1/m]. torque: about z, as
-#: evaluated last [N m].
+#: held: 1 keeps the torque constant, for static solves. table: address of its `PIECES`. Number of meshes, addresses of
+#: the addresses of their states and of their mesh forces per torque [1/m]. torque: about z, as evaluated last [N m].
 SHAFT_TORQUE = record_type(
-    *((name, "i8") for name in ("variable", "held", "pieces", "knots", "coefficients", "meshes", "states", "factors")),
+    *((name, "i8") for name in ("variable", "held", "table", "meshes", "states", "factors")),
     *((name, "f8") for name in ("direction", "sense", "torque")),
 )
 #: Differences of the angle [rad] and of the speed [rad/s] for the slopes of a torque.
@@ -31,35 +31,26 @@ torque_at, addresses_at = reader(SHAFT_TORQUE), pointer_to(types.int64)
 
 
 def torque_record(table: TorqueTable, direction: int, sense: int, states, factors) -> tuple[np.record, tuple]:
-    """A `SHAFT_TORQUE`, and the arrays to which it points: they must live as long as the record.
+    """A `SHAFT_TORQUE`, and what it points to: that must live as long as the record.
 
     states    of the contacts whose holding force depends on the torque
     factors   mesh force per torque about z, of each contact [1/m]
     """
-    addresses = np.array([address_of(state) for state in states], np.int64)
-    arrays = table.cubic.knots, table.cubic.coefficients, addresses, np.array(factors, float)
-    names = "knots", "coefficients", "states", "factors"
+    pieces, points = pieces_record(table.cubic.knots, table.cubic.coefficients)
+    addresses, per_torque = np.array([address_of(state) for state in states], np.int64), np.array(factors, float)
     record = np.zeros(1, SHAFT_TORQUE)[0]
-    for name, array in zip(names, arrays, strict=True):
-        record[name] = array.ctypes.data
     record.variable, record.direction, record.sense = table.variable, direction, sense
-    record.pieces, record.meshes = len(table.cubic.coefficients), len(addresses)
-    return record, arrays
+    record.table, record.meshes = address_of(pieces), len(addresses)
+    record.states, record.factors = addresses.ctypes.data, per_torque.ctypes.data
+    return record, (pieces, points, addresses, per_torque)
 
 
 @compiled
 def table_value(shaft, x):
     """Value of the table of a torque at x."""
-    n = shaft.pieces
-    knots = carray(doubles_at(shaft.knots), n + 1)
-    low, high = 0, n
-    while high - low > 1:
-        middle = (low + high) // 2
-        if knots[middle] <= x:
-            low = middle
-        else:
-            high = middle
-    c, s = carray(doubles_at(shaft.coefficients + PIECE_SIZE * low), 4), x - knots[low]
+    table = pieces_at(shaft.table)
+    i, s = piece_at(table, x)
+    c = carray(doubles_at(table.coefficients + PIECE_SIZE * i), 4)
     return c[0] + s * (c[1] + s * (c[2] + s * c[3]))
 
 

@@ -128,7 +128,7 @@ class Conditions:
 
     @cached_property
     def speeds_of(self) -> tuple[Any, ...]:
-        """Imposed speeds in the senses of motion of their shafts, each as a `Line` or `PiecewiseCubic`."""
+        """Imposed speeds in the senses of motion of their shafts, each a `PiecewiseCubic`."""
         return tuple(speed_function(speed.value, self.duration) for speed in self.imposed)
 
     def _of_imposed(self, values: Sequence[Any]) -> np.ndarray:

@@ -14,7 +14,7 @@ from exugear.gearbox.stage import stage_number
 from fem.support.arguments import FilePath, checked
 from fem.support.representation import quantity
 from fem.support.tables import read_table
-from fem.support.validation import number, require, text_of
+from fem.support.validation import number, require, set_fields, text_of
 
 #: Seconds of an hour; difference of the sum of shares from 1 that is rounding in a table.
 HOUR, ROUNDING = 3600.0, 0.01
@@ -92,7 +92,7 @@ class LoadSpectrum:
         require(listed and len(self.cases) > 0, f"cases must be a list of LoadCase, got {text_of(self.cases)}")
         require(sum(case.share for case in self.cases) > 0, "shares of the load cases must not all be 0")
         require(self.time is None or 0 < self.time < inf, f"time must be > 0 s and finite, got {self.time}; or None")
-        object.__setattr__(self, "cases", tuple(self.cases))
+        set_fields(self, cases=tuple(self.cases))
 
     def __iter__(self) -> Iterator[LoadCase]:
         return iter(self.cases)

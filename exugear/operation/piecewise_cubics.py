@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from fem.support.intervals import interval_of
 from fem.support.validation import number, require
 
 #: Error of a table over its largest value, and largest number of pieces.
@@ -26,6 +27,8 @@ class PiecewiseCubic:
 
     knots          (n + 1,) rising
     coefficients   (n, 4) of 1, x, x^2, x^3, x counted from the lower knot; the end pieces also hold beyond the knots
+
+    A single piece also takes Exudyn's symbols.
     """
 
     knots: np.ndarray
@@ -47,13 +50,18 @@ class PiecewiseCubic:
         return PiecewiseCubic(self.knots, factor * self.coefficients)
 
     @property
+    def single(self) -> bool:
+        """Whether one polynomial holds everywhere."""
+        return len(self.coefficients) == 1
+
+    @property
     def constant(self) -> bool:
         """Whether the value never changes."""
         return not self.coefficients[:, 1:].any() and bool(np.ptp(self.coefficients[:, 0]) == 0)
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.multibody.imposed_motion` reads them."""
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, for `exugear.multibody.polynomial_pieces`."""
         return self.knots, self._integral[0].copy()
 
     @cached_property
@@ -80,12 +88,14 @@ class PiecewiseCubic:
         """Value at x of polynomials in each piece; numbers, as Exudyn passes them, take a tenth of an array."""
         of_pieces, listed = polynomials
         value: Any = 0.0
-        if isinstance(x, float):
+        if self.single:
+            s, coefficients = x - self._knot_list[0], listed[0]
+        elif isinstance(x, float):
             piece = min(max(bisect_right(self._knot_list, x) - 1, 0), len(listed) - 1)
             s, coefficients = x - self._knot_list[piece], listed[piece]
         else:
-            piece = np.clip(np.searchsorted(self.knots, x, "right") - 1, 0, len(listed) - 1)
-            s, coefficients = x - self.knots[piece], of_pieces[piece].T
+            pieces = interval_of(self.knots, x)
+            s, coefficients = x - self.knots[pieces], of_pieces[pieces].T
         for c in reversed(coefficients):
             value = value * s + c
         return value

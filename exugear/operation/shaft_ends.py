@@ -8,7 +8,7 @@ import numpy as np
 from exugear.operation.time_functions import check_time_function
 from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.tables import read_table
-from fem.support.validation import increasing, numbers, require, require_finite
+from fem.support.validation import increasing, numbers, require, require_finite, set_fields
 
 #: Number of values that an attribute of a netCDF file holds with certainty: HDF5 ends at 64 kB.
 LONGEST_ATTRIBUTE = 4096
@@ -97,8 +97,7 @@ class MotorCurve:
         require(torque.shape == speed.shape, f"torque must have a value for each speed, {sizes}")
         require_finite("speed", speed)
         require_finite("torque", torque)
-        object.__setattr__(self, "speed", speed)
-        object.__setattr__(self, "torque", torque)
+        set_fields(self, speed=speed, torque=torque)
 
     def __repr__(self) -> str:
         return f"MotorCurve({len(self.speed)} speeds up to {self.speed[-1]:g} rad/s)"

@@ -1,7 +1,7 @@
 """Speeds over time: lines and cubic splines, with exact integrals.
 
 A speed is a spline with a continuous slope, as its acceleration acts on the train; a torque, which may jump, consists
-of independent pieces (`piecewise_cubics.tabulated`).
+of independent pieces (`piecewise_cubics.tabulated`). Both are a `PiecewiseCubic`.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from exugear.operation.piecewise_cubics import PiecewiseCubic, golden_fractions, of_spline, sampled
+from exugear.operation.piecewise_cubics import PiecewiseCubic, golden_fractions, of_spline, ramp, sampled
 from fem.support.validation import finite, increasing, numbers, require, require_finite
 
 #: Speed or load as users pass it: a constant, (from, to), or a function of time [s].
@@ -20,31 +20,6 @@ TimeFunction = float | tuple[float, float] | Callable[[float], float]
 COARSEST, FINEST = 512, 2**20
 #: Time in which the function is checked once [s], and largest number of checks.
 CHECK_INTERVAL, MOST_CHECKS = 1e-3, 2**17
-
-
-class Line:
-    """The function a + b t and its integral from 0, of numbers, arrays and Exudyn's symbols."""
-
-    def __init__(self, a: float, b: float):
-        self.a, self.b = a, b
-        self.constant = b == 0
-
-    def __call__(self, t):
-        return self.a + self.b * t
-
-    def integral(self, t):
-        return (self.a + 0.5 * self.b * t) * t
-
-    def slope(self, t) -> float:
-        return self.b
-
-    def scaled(self, factor: float) -> "Line":
-        return Line(factor * self.a, factor * self.b)
-
-    @property
-    def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.multibody.imposed_motion` reads them."""
-        return np.array([0.0, 1.0]), np.array([[0.0, self.a, 0.5 * self.b, 0.0, 0.0]])
 
 
 def curve_through_function(function: Callable[[float], float], duration: float) -> PiecewiseCubic:
@@ -72,9 +47,14 @@ def curve_through_points(points: np.ndarray, duration: float) -> PiecewiseCubic:
     ValueError unless the times reach from 0, or before, to the duration [s], or beyond.
     """
     t, speed = points
-    covered = f"speed: t must reach from 0 to {duration:g} s, got {t[0]:g} to {t[-1]:g} s; extend the arrays"
-    require(t[0] <= 0 and t[-1] >= duration, covered)
+    check_covered("speed", t, duration)
     return of_spline(_from_zero(scipy.interpolate.PchipInterpolator(t, speed)))
+
+
+def check_covered(name: str, t: np.ndarray, duration: float) -> None:
+    """ValueError unless the times of a function reach from 0, or before, to the duration [s], or beyond."""
+    covered = f"{name}: t must reach from 0 to {duration:g} s, got {t[0]:g} to {t[-1]:g} s; extend the arrays"
+    require(t[0] <= 0 and t[-1] >= duration, covered)
 
 
 def _from_zero(cubic: Any) -> Any:
@@ -85,9 +65,9 @@ def _from_zero(cubic: Any) -> Any:
     return scipy.interpolate.PPoly(pieces, np.r_[0.0, cubic.x[following:]])
 
 
-def speed_function(value, duration: float) -> Line | PiecewiseCubic:
+def speed_function(value, duration: float) -> PiecewiseCubic:
     """The speed over a duration [s] from a number, (from, to), a function of time, or arrays (t, speed)."""
-    if isinstance(value, Line | PiecewiseCubic):
+    if isinstance(value, PiecewiseCubic):
         return value
     if callable(value):
         return curve_through_function(value, duration)
@@ -109,12 +89,12 @@ def _irregular(duration: float) -> np.ndarray:
     return duration / n * (np.arange(n) + golden_fractions(n))
 
 
-def line(name: str, value, duration: float) -> Line:
-    """Line from a number or (from, to); ValueError unless finite."""
+def line(name: str, value, duration: float) -> PiecewiseCubic:
+    """Line over a duration [s] from a number or (from, to); ValueError unless finite."""
     ends = np.ravel(value).astype(float)
     require(ends.size in (1, 2), f"{name} must be a number, (from, to) or a function of time, got {value}")
     require_finite(name, ends)
-    return Line(float(ends[0]), float(ends[-1] - ends[0]) / duration)
+    return ramp(float(ends[0]), float(ends[-1]), duration)
 
 
 def check_time_function(name: str, value) -> None:

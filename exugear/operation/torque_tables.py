@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from exugear.operation.piecewise_cubics import PiecewiseCubic, constant, ramp, tabulated, through_points
+from exugear.operation.piecewise_cubics import PiecewiseCubic, constant, tabulated, through_points
 from exugear.operation.shaft_ends import Torque
+from exugear.operation.time_functions import check_covered, line
 from fem.support.validation import finite, numbers, require
 
 #: What a torque depends on, as the kernels count it.
@@ -83,11 +84,9 @@ def _over_time(where: str, value, duration: float) -> PiecewiseCubic:
         return tabulated(f"{where}(t)", value, np.linspace(0.0, duration, intervals + 1), TIME_HALVINGS)
     values = numbers(where, value)
     if values.ndim == 2:
-        t = values[0]
-        covered = f"{where}: t must reach from 0 to {duration:g} s, got {t[0]:g} to {t[-1]:g} s; extend the arrays"
-        require(t[0] <= 0 and t[-1] >= duration, covered)
+        check_covered(where, values[0], duration)
         return through_points(*values)
-    return constant(float(values)) if values.ndim == 0 else ramp(float(values[0]), float(values[1]), duration)
+    return line(where, values, duration)
 
 
 def _over_speed(where: str, value, highest: float) -> PiecewiseCubic:

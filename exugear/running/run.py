@@ -15,10 +15,10 @@ from typing import Any
 import xarray as xr
 
 from exugear.multibody.drive_and_load import ShaftTorques, applied
-from exugear.multibody.equilibrium import NoEquilibrium
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.model import Model, linearized
 from exugear.multibody.shaft_motion import BearingForces, needs_speeds
+from exugear.multibody.solve_errors import NoEquilibrium
 from exugear.multibody.solver_settings import Scheme, check_cost, scheme_of
 from exugear.multibody.time_integration import Solver
 from exugear.multibody.turns import in_turn
@@ -151,9 +151,9 @@ def run(
         stop=stop or (),
         initial=initial.data if initial else None,
     )
-    options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    conditions = replace(conditions, power=power, displacement=displacement)
-    return _solved(model, conditions, initial, executor, progress=progress, checks=checks, **options)
+    recorded = replace(conditions, power=power, displacement=displacement)
+    steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    return _solved(model, recorded, initial, executor, progress=progress, checks=checks, **steps)
 
 
 @checked
@@ -209,9 +209,9 @@ def run_up(
     no samples, and the exception is a ValueError, too. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
     conditions = run_up_conditions(model.gearbox, speed, load, duration)
-    options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    conditions = replace(conditions, power=power, displacement=displacement)
-    return _solved(model, conditions, None, executor, progress=progress, checks=checks, **options)
+    recorded = replace(conditions, power=power, displacement=displacement)
+    steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    return _solved(model, recorded, None, executor, progress=progress, checks=checks, **steps)
 
 
 def _solved(

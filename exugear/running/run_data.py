@@ -16,7 +16,6 @@ from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft, parts_of
 from exugear.gearbox.stage import stage_number
 from exugear.mesh_force.ring_pair import Ring, RingPair
 from exugear.multibody.drive_and_load import ShaftTorques
-from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model, on_bearings
 from exugear.multibody.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, BodyRecorder, Recorder
@@ -29,6 +28,7 @@ from exugear.multibody.shaft_motion import (
     speed_variables,
     torque_variables,
 )
+from exugear.multibody.solve_errors import STIFFNESS_UNIT_HINT
 from exugear.multibody.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
 from exugear.operation.shaft_ends import numbers_of_text

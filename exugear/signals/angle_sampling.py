@@ -15,6 +15,7 @@ from exugear.signals.signal import (
     require_signal,
 )
 from fem.support.arguments import checked, renamed
+from fem.support.intervals import interval_of
 from fem.support.numba_cache import compiled, fast
 from fem.support.validation import require
 
@@ -102,7 +103,7 @@ def _evenly_sampled(signal: xr.DataArray, step: float) -> tuple[np.ndarray, np.n
         )
     number = ceil((time[-1] - time[0]) / max(steps.min(), steps.mean() / FINEST_SHARE))
     even = np.linspace(time[0], time[-1], number + 1)
-    spacing = turned[np.clip(np.searchsorted(time, even, side="right") - 1, 0, steps.size - 1)]
+    spacing = turned[interval_of(time, even)]
     at_even = scipy.interpolate.CubicSpline(time, rows, axis=1)(even)
     return scipy.interpolate.PchipInterpolator(time, angle)(even), at_even, spacing
 

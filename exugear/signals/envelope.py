@@ -84,15 +84,11 @@ def envelope(abscissa: Numbers, signal: Numbers, windows: int = 280, *, cycles: 
     if cycles is not None:
         check_columns(abscissa=abscissa, cycles=(cycles := np.asarray(cycles, float)))
     edges = window_edges(signal.size, windows, cycles)
-    first, length, end = edges[:-1], np.diff(edges), edges[-1]
-
-    def mean(values: np.ndarray) -> np.ndarray:
-        return np.add.reduceat(values[:end], first) / length
-
-    deviation = signal[:end] - np.repeat(mean(signal), length)
+    first, end = edges[:-1], edges[-1]
+    deviation = signal[:end] - np.repeat(means_between(signal, edges), np.diff(edges))
     extremes = _between_samples(signal)[:end]
     low, high = np.minimum.reduceat(extremes, first), np.maximum.reduceat(extremes, first)
-    return Envelope(mean(abscissa), low, high, np.sqrt(mean(deviation**2)))
+    return Envelope(means_between(abscissa, edges), low, high, np.sqrt(means_between(deviation**2, edges)))
 
 
 def window_edges(samples: int, windows: int, cycles: np.ndarray | None = None) -> np.ndarray:
@@ -109,6 +105,11 @@ def window_edges(samples: int, windows: int, cycles: np.ndarray | None = None) -
         if passed[i] - passed[kept[-1]] >= 1:
             kept.append(i)
     return edges[np.append(kept[: max(len(kept) - 1, 1)], edges.size - 1)]
+
+
+def means_between(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """(m,) means of values (n,) in the windows between edges (m + 1,), as `window_edges` gives them."""
+    return np.add.reduceat(values[: edges[-1]], edges[:-1]) / np.diff(edges)
 
 
 def mesh_cycles(data: xr.Dataset) -> np.ndarray:

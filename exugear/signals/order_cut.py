@@ -19,6 +19,8 @@ from fem.support.blas_threads import one_thread
 from fem.support.user_warning import warn_user
 from fem.support.validation import require
 
+#: Share of their length by which neighbouring windows overlap.
+OVERLAP = 0.75
 #: Least product of window [revolutions] and distance of orders: the condition number of the fit is then about 8.
 SEPARATION = 4.0
 #: Longest window [revolutions], unless close orders take longer ones.
@@ -123,7 +125,7 @@ def order_cut(
     orders: Numbers,
     *,
     revolutions: float | None = None,
-    overlap: float = 0.75,
+    overlap: float = OVERLAP,
     frequencies: Numbers = (),
 ) -> xr.Dataset:
     """Amplitude and phase of the orders of a signal over time and speed.
@@ -160,7 +162,7 @@ def order_cut(
     Raises ValueError for windows too short to tell the orders apart or, longer by sqrt(2), longer than the signal,
     where no order has enough samples, and for more than 5e8 values.
     """
-    cut = cut_of(signal, orders, revolutions=revolutions, overlap=overlap, frequencies=frequencies)
+    cut = cut_of(signal, orders, revolutions, overlap, frequencies)
     _warn_of_changes(cut, _lengths(cut["order"].values, revolutions, np.inf)[0], revolutions is None)
     return told(cut)
 
@@ -188,12 +190,7 @@ def _warn_of_changes(cut: xr.Dataset, shortest: float, by_default: bool) -> None
 
 @one_thread()
 def cut_of(
-    signal: xr.DataArray,
-    orders: Numbers,
-    *,
-    revolutions: float | None = None,
-    overlap: float = 0.75,
-    frequencies: Numbers = (),
+    signal: xr.DataArray, orders: Numbers, revolutions: float | None = None, overlap=OVERLAP, frequencies: Numbers = ()
 ) -> xr.Dataset:
     """`order_cut` without a warning, with the estimates of the shortest windows in place of NaN beside their reason."""
     require_signal(signal)

@@ -12,6 +12,8 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
+from fem.support.intervals import interval_of
+
 #: Largest weight of the middle of a rational cubic: the curve is then straight except at the ends of its interval.
 STRAIGHTEST = 100.0
 #: Largest growth of the compliance per -ln F below the lowest load, over the compliance at that load.
@@ -49,7 +51,7 @@ def rational_cubic(x: np.ndarray, y: np.ndarray, slope: np.ndarray, queries: np.
     Source: Delbourgo & Gregory, Shape preserving piecewise rational interpolation, SIAM J. Sci. Stat. Comput. 6 (1985).
     """
     across = (slice(None),) + (None,) * (y.ndim - 1)
-    interval = np.clip(np.searchsorted(x, queries, side="right") - 1, 0, x.size - 2)
+    interval = interval_of(x, queries)
     h = (x[interval + 1] - x[interval])[across]
     t = (queries - x[interval])[across] / h
     s, y_0, y_1, d_0, d_1 = 1 - t, y[interval], y[interval + 1], slope[interval], slope[interval + 1]

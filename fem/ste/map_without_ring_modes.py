@@ -3,10 +3,9 @@
 from math import pi
 
 import numpy as np
-import scipy
 import xarray as xr
 
-from fem.ste.ste_map import PHASE, RING_ANGLE, STIFFNESS, TE, TORQUE, check, pair_of
+from fem.ste.ste_map import PHASE, RING_ANGLE, STIFFNESS, TE, TORQUE, check, pair_of, periodic_spline
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -35,9 +34,7 @@ def without_ring_modes(ste: xr.Dataset, modes: xr.Dataset) -> xr.Dataset:
     flexible = {}
     for flank in (LEFT, RIGHT):
         around = np.sum((modes[flank].values / omega[:, None]) ** 2, axis=0)
-        flexible[flank] = scipy.interpolate.CubicSpline(
-            np.append(modes[AT].values, 2 * pi), np.append(around, around[0]), bc_type="periodic"
-        )
+        flexible[flank] = periodic_spline(modes[AT].values, around, 2 * pi)
     force = data[TORQUE] / pair.pinion.r_b
     by_flank = [xr.DataArray(of_flank(angle % (2 * pi)), dims=PHASE) for of_flank in flexible.values()]
     flexibility = xr.where(force >= 0, by_flank[0], by_flank[1])

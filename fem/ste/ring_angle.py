@@ -30,6 +30,7 @@ from fem.ste.ste_map import (
     periodic_spline,
 )
 from fem.support.arguments import checked
+from fem.support.intervals import interval_of
 from fem.support.validation import increasing, numbers, require
 from fem.units import deg
 
@@ -169,6 +170,6 @@ def _over_pitches(values: xr.DataArray, angles: np.ndarray, at: np.ndarray) -> x
 def _on_lines(angles: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
     """(n, ...) values (n_angle, ...) at shares (n,) of the period, by straight lines."""
     closed, edges = np.concatenate([values, values[:1]]), np.append(angles, 1.0)
-    row = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, angles.size - 1)
+    row = interval_of(edges, at)
     share = ((at - edges[row]) / (edges[row + 1] - edges[row])).reshape(-1, *[1] * (values.ndim - 1))
     return (1 - share) * closed[row] + share * closed[row + 1]

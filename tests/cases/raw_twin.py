@@ -8,10 +8,9 @@ from skfem import Basis, ElementHex1, ElementQuad2, ElementVector, MeshHex, Mesh
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fem
-from fem import Density, section
+from fem import Density, nonlinear, section
 from fem.elasticity.extrusion import extruded, half_face
 from fem.elasticity.face_symmetry import Face, clamped
-from fem.reference.nonlinear import ContactProblem, equilibrium, static_problem
 from fem.units import um
 
 COARSE = Density(flank=30)
@@ -77,7 +76,7 @@ class RawGear:
 class RawTwin:
     """Compliance and contact on the mesh and hat functions of a problem of linear elements, or quadratic ones in 2D."""
 
-    def __init__(self, problem: ContactProblem, density: Density):
+    def __init__(self, problem: nonlinear.ContactProblem, density: Density):
         self.problem, (pinion, wheel) = problem, problem.gears
         element = ElementQuad2() if pinion.solid.positions.shape[1] == 2 else ElementHex1()
         first = RawGear(problem.pair.pinion, density, element, pinion.face).flexibility(pinion.flank_operator)
@@ -105,11 +104,11 @@ class RawTwin:
         return brentq(excess_force, 0.0, 60 * um, xtol=1e-14)
 
 
-def problem_of(pair: fem.GearPair, density: Density, element, **options) -> ContactProblem:
+def problem_of(pair: fem.GearPair, density: Density, element, **options) -> nonlinear.ContactProblem:
     """Contact of two gears under large displacements, as `fem.nonlinear` solves it."""
-    return static_problem(pair, density, element, **options)
+    return nonlinear.static_problem(pair, density, element, **options)
 
 
-def balanced(problem: ContactProblem, phase: float, force: float):
+def balanced(problem: nonlinear.ContactProblem, phase: float, force: float):
     """The state in equilibrium under a mesh force [N]."""
-    return equilibrium(problem, phase, force)
+    return nonlinear.equilibrium(problem, phase, force)

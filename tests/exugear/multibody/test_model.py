@@ -7,7 +7,7 @@ from scenes import paper_gear, paper_pair, smooth_box, smooth_map, two_stages
 
 import exugear
 import fem
-from exugear.multibody.equilibrium import with_deflections
+from exugear.multibody.first_order_statics import with_deflections
 from exugear.multibody.gear_contact import state_of
 from fem.units import deg, mm
 

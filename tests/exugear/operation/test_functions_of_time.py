@@ -9,19 +9,20 @@ from scipy.interpolate import PchipInterpolator
 import exugear
 from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
 from exugear.multibody.addresses import address_of
-from exugear.multibody.imposed_motion import imposed_motion, spin_of
+from exugear.multibody.imposed_motion import spin_of
+from exugear.multibody.polynomial_pieces import pieces_record
 from exugear.multibody.recorder import BodyRecorder
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.piecewise_cubics import tabulated
 from exugear.operation.stop_conditions import first_end
-from exugear.operation.time_functions import Line, curve_through_function, curve_through_points, line, speed_function
+from exugear.operation.time_functions import curve_through_function, curve_through_points, speed_function
 from exugear.operation.torque_tables import torque_table
 from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
 
 TURN = np.linspace(0, 2 * np.pi, 721)
 #: Imposed speeds.
 SPEEDS = {
-    "line": Line(50.0, 3.0),
+    "line": speed_function((50.0, 56.0), 2.0),
     "function": curve_through_function(lambda t: 50 + 4 * np.sin(3 * t), 2.0),
     "points": curve_through_points(np.array([[0, 0.3, 1, 2.5], [50, 55, 52, 60]]), 2.0),
 }
@@ -201,20 +202,20 @@ def test_angle_is_the_integral_of_the_speed():
     times = np.linspace(0, 2, 101)
     exact = 100 * times + 20 / 30 * (1 - np.cos(30 * times))
     assert [curve.integral(t) for t in times] == pytest.approx(exact, abs=1e-6)
-    assert line("speed", (0, 10), 5.0).integral(5.0) == pytest.approx(25)
+    assert speed_function((0, 10), 5.0).integral(5.0) == pytest.approx(25)
 
 
 def test_curves_know_their_slope():
     curve = curve_through_function(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
     assert float(curve.slope(0.0)) == pytest.approx(10, rel=1e-6) and not curve.constant
     assert curve_through_function(lambda t: 3.0, 1.0).constant
-    assert Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant
+    assert speed_function(3.0, 1.0).constant and not speed_function((3.0, 4.0), 1.0).constant
 
 
 @pytest.mark.parametrize("name", SPEEDS)
 def test_motion_is_that_of_the_function_in_any_order_of_times(name):
     speed_of, times = SPEEDS[name], np.random.default_rng(1).uniform(0, 2, 200)
-    motion, _arrays = imposed_motion(*speed_of.angle_pieces)
+    motion, _arrays = pieces_record(*speed_of.angle_pieces)
     for t in [*times.tolist(), 0.0, 2.0]:
         expected = speed_of.integral(t), float(speed_of(t)), float(speed_of.slope(t))
         assert imposed(address_of(motion), t) == pytest.approx(expected, rel=1e-12, abs=1e-10)

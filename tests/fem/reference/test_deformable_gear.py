@@ -6,9 +6,8 @@ from paper_gears import paper_gear
 from skfem import ElementQuad1
 
 import fem
-from fem import Density
+from fem import Density, dynamic
 from fem.reference.deformable_gear import DeformableGear, clamped_pair, with_edges
-from fem.reference.dynamic import Motion, RunUp, equations_of_motion
 from fem.reference.st_venant_kirchhoff import lumped_mass
 from fem.reference.time_integration import LoadedRun
 from fem.units import mm, um
@@ -40,10 +39,10 @@ def test_teeth_outside_the_mesh_count_as_inertia_of_the_hub():
 
 def test_wheel_accelerates_by_the_inertia_of_all_its_teeth():
     """A unit acceleration of the rigid wheel on the line of action takes J / r_b^2."""
-    loaded = LoadedRun(PAIR, 50.0, RunUp())
-    equations = equations_of_motion(loaded, FEW, ElementQuad1())
+    loaded = LoadedRun(PAIR, 50.0, dynamic.RunUp())
+    equations = dynamic.equations_of_motion(loaded, FEW, ElementQuad1())
     rest = equations.at_rest().displacement
-    force = equations.inertia_forces((rest, rest, Motion(rest.u, 1.0)), 0.0, 0.0)
+    force = equations.inertia_forces((rest, rest, dynamic.Motion(rest.u, 1.0)), 0.0, 0.0)
     whole = wheel(ALL)
     assert force.te * SMALL.r_b**2 == pytest.approx(inertia(whole, whole.masses), rel=0.006)
 

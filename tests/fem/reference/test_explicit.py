@@ -9,9 +9,7 @@ from paper_gears import few_teeth, paper_pair
 from skfem import ElementQuad1
 
 import fem
-from fem import Density, dynamic
-from fem.reference.explicit import CentralDifferences, rotor, stiffness_bound, transmission_error
-from fem.reference.nonlinear import equilibrium, newton_step, static_problem
+from fem import Density, dynamic, explicit, nonlinear
 from fem.reference.penalty_contact import (
     ContactLaw,
     MovingGear,
@@ -89,29 +87,33 @@ def test_contact_forces_on_both_gears_balance(relieved):
 
 def test_stable_steps_add_no_mass_and_longer_steps_do(relieved):
     gear = relieved[0].gears[0]
-    stable = 2 * np.sqrt(gear.masses / stiffness_bound(gear, PENALTY)).min()
+    stable = 2 * np.sqrt(gear.masses / explicit.stiffness_bound(gear, PENALTY)).min()
     natural = gear.masses.sum()
-    assert rotor(gear, CentralDifferences(stable)).mass.sum() == pytest.approx(natural, rel=1e-12)
-    assert rotor(gear, CentralDifferences(30 * stable)).mass.sum() > 1.05 * natural
+    assert explicit.rotor(gear, explicit.CentralDifferences(stable)).mass.sum() == pytest.approx(natural, rel=1e-12)
+    assert explicit.rotor(gear, explicit.CentralDifferences(30 * stable)).mass.sum() > 1.05 * natural
 
 
 def test_reliefs_add_no_small_elements_that_would_need_more_mass(short):
     relieved = replace(paper_pair().pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),))
     pair, run = fem.GearPair(relieved, relieved, a=150 * mm), dynamic.RunUp(20 * rpm, 0.02, 0.03, 0.001, steps=200)
-    result = transmission_error(pair, 150, run, CentralDifferences(1e-6), density=COARSE, progress=False)
+    result = explicit.transmission_error(
+        pair, 150, run, explicit.CentralDifferences(1e-6), density=COARSE, progress=False
+    )
     assert result.attrs["added_mass"] == pytest.approx(short.attrs["added_mass"], rel=1e-9)
 
 
 def run_at(speed: float, start: float, stop: float, run_up: float = 0.06, steps: int = 200, **options):
     run = dynamic.RunUp(speed, start, stop, run_up, steps=steps)
-    return transmission_error(paper_pair(), 150, run, CentralDifferences(**options), density=COARSE, progress=False)
+    return explicit.transmission_error(
+        paper_pair(), 150, run, explicit.CentralDifferences(**options), density=COARSE, progress=False
+    )
 
 
 def static(result, steps: np.ndarray) -> np.ndarray:
     """Equilibria at time steps with the same penalty, under the present viscous load."""
-    problem = static_problem(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, wheel_share=1.0)
+    problem = nonlinear.static_problem(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, wheel_share=1.0)
     force = result["torque"].values / problem.pair.pinion.r_b
-    return np.array([equilibrium(problem, result["phase"].values[step], force[step]).te for step in steps])
+    return np.array([nonlinear.equilibrium(problem, result["phase"].values[step], force[step]).te for step in steps])
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +148,9 @@ def test_energy_is_conserved(short, rubbing):
 def test_energy_is_balanced_with_damping():
     """Damping acts relative to steady rotation; the wheel turns more slowly while the teeth deflect."""
     run = dynamic.RunUp(20 * rpm, 0.02, 0.14, 0.06, steps=200, damping=5000.0)
-    result = transmission_error(paper_pair(), 150, run, CentralDifferences(1e-6), density=COARSE, progress=False)
+    result = explicit.transmission_error(
+        paper_pair(), 150, run, explicit.CentralDifferences(1e-6), density=COARSE, progress=False
+    )
     stored = result["energy"].values.sum(axis=1).max()
     assert np.abs(energy_error(result)).max() < 2e-3 * stored
     assert np.abs(result["work"].values[:, 2]).max() > 5e-3 * stored
@@ -156,7 +160,9 @@ def test_gears_that_separate_by_more_than_their_backlash_are_refused():
     gear = fem.Gear(z=30, m_n=2 * mm, b=10 * mm, d_bore=30 * mm)
     run = dynamic.RunUp(1000 * rpm, -0.3, 0.3, 0.1)
     with pytest.raises(RuntimeError, match=r"have parted by .* their backlash is .*: take a longer run_up"):
-        transmission_error(fem.GearPair(gear, gear), 5, run, CentralDifferences(1e-6), density=COARSE, progress=False)
+        explicit.transmission_error(
+            fem.GearPair(gear, gear), 5, run, explicit.CentralDifferences(1e-6), density=COARSE, progress=False
+        )
 
 
 def test_friction_changes_the_normal_force_with_the_sense_of_sliding(rubbing):
@@ -194,7 +200,7 @@ def static_with_friction(problem, phase: float, force: float, mu: float) -> floa
             residual.append(unbalanced_force(gear, pull, v))
         (x, y), (pull_x, pull_y) = (gears[1].solid.positions + u[1]).T, pull.reshape(-1, 2).T
         driving = (x * pull_y - y * pull_x).sum() / problem.pair.wheel.r_b
-        te, du, f = newton_step(problem, gaps, te, residual, force + driving)
+        te, du, f = nonlinear.newton_step(problem, gaps, te, residual, force + driving)
         u = [v + dv for v, dv in zip(u, du, strict=True)]
         if max(np.abs(dv).max() for dv in du) < 1e-6 * np.abs(u[0]).max():
             return te
@@ -205,13 +211,16 @@ def static_with_friction(problem, phase: float, force: float, mu: float) -> floa
 def test_friction_changes_te_as_in_statics_with_coulomb_forces():
     """Less before the pitch point, more behind it, while the normal force does the opposite."""
     result = run_at(10 * rpm, -0.3, 0.2, 0.08, step=1e-6, friction=0.3)
-    problem, changes = static_problem(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, wheel_share=1.0), []
+    problem, changes = (
+        nonlinear.static_problem(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, wheel_share=1.0),
+        [],
+    )
     torque, phase, te = (result[name].values for name in ("torque", "phase", "te"))
     for low, high in ((-0.16, -0.04), (0.06, 0.18)):
         steps = np.flatnonzero((phase > low) & (phase < high))[::2]
         states = [(problem, phase[i], torque[i] / problem.pair.pinion.r_b) for i in steps]
         rubbing = np.mean([static_with_friction(*state, 0.3) for state in states])
-        smooth = np.mean([equilibrium(*state).te for state in states])
+        smooth = np.mean([nonlinear.equilibrium(*state).te for state in states])
         assert te[steps].mean() == pytest.approx(rubbing, rel=2e-3)
         changes.append(te[steps].mean() / smooth - 1)
     assert changes[0] < -0.005 and changes[1] > 0.005
@@ -232,14 +241,17 @@ def test_a_cycle_at_10_rpm_is_the_static_curve():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: CentralDifferences(step=0), "step must be > 0"),
-        (lambda: CentralDifferences(penalty=-1), "penalty must be > 0"),
-        (lambda: CentralDifferences(friction=2), "friction must lie"),
-        (lambda: CentralDifferences(step=np.inf), "step must be > 0 and finite"),
-        (lambda: CentralDifferences(penalty="stiff"), "penalty must be one real number"),
-        (lambda: transmission_error(paper_pair(), 0.0), "torque must be > 0"),
-        (lambda: transmission_error(paper_pair(), np.inf), "torque must be finite"),
-        (lambda: transmission_error(paper_pair(), 150, scheme={"step": 1e-6}), "scheme must be a fem.explicit"),
+        (lambda: explicit.CentralDifferences(step=0), "step must be > 0"),
+        (lambda: explicit.CentralDifferences(penalty=-1), "penalty must be > 0"),
+        (lambda: explicit.CentralDifferences(friction=2), "friction must lie"),
+        (lambda: explicit.CentralDifferences(step=np.inf), "step must be > 0 and finite"),
+        (lambda: explicit.CentralDifferences(penalty="stiff"), "penalty must be one real number"),
+        (lambda: explicit.transmission_error(paper_pair(), 0.0), "torque must be > 0"),
+        (lambda: explicit.transmission_error(paper_pair(), np.inf), "torque must be finite"),
+        (
+            lambda: explicit.transmission_error(paper_pair(), 150, scheme={"step": 1e-6}),
+            "scheme must be a fem.explicit",
+        ),
     ],
 )
 def test_bad_input_is_refused(call, message):

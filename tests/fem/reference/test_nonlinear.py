@@ -12,8 +12,7 @@ from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, ElementT
 from twins import plane_twin, twin_te
 
 import fem
-from fem import Density
-from fem.reference.nonlinear import complementarity, equilibrium, static_problem, static_transmission_error
+from fem import Density, nonlinear
 from fem.units import mm, um
 
 RELIEF = fem.TipRelief(15 * um, 2.5 * mm)
@@ -21,7 +20,7 @@ RELIEF = fem.TipRelief(15 * um, 2.5 * mm)
 
 @pytest.fixture(scope="module")
 def problem(paper_pair):
-    return static_problem(paper_pair, COARSE, ElementQuad2())
+    return nonlinear.static_problem(paper_pair, COARSE, ElementQuad2())
 
 
 @pytest.mark.parametrize("flank", [(), (RELIEF,)])
@@ -67,7 +66,7 @@ def test_derivatives_of_the_gaps(problem):
 
 def test_gears_in_contact_are_in_balance(problem):
     force, phase = 2000.0, 0.35
-    state = equilibrium(problem, phase, force)
+    state = nonlinear.equilibrium(problem, phase, force)
     gaps = gaps_of(problem.mating, phase, state.te, state.u, candidates=state.candidates)
     contact_forces = state.contact_forces
     assert gaps.closing @ contact_forces == pytest.approx(force, rel=1e-6)
@@ -81,12 +80,12 @@ def test_gears_in_contact_are_in_balance(problem):
 
 
 def test_complementarity_of_a_single_spring():
-    te, f = complementarity(np.array([[2e-9]]), np.array([3 * um]), np.ones(1), 500.0)
+    te, f = nonlinear.complementarity(np.array([[2e-9]]), np.array([3 * um]), np.ones(1), 500.0)
     assert (te, f[0]) == (pytest.approx(4 * um), pytest.approx(500))
 
 
 def test_identical_gears_give_a_symmetric_curve(problem):
-    ahead, behind = (equilibrium(problem, phase, 2000.0).te for phase in (0.3, -0.3))
+    ahead, behind = (nonlinear.equilibrium(problem, phase, 2000.0).te for phase in (0.3, -0.3))
     assert ahead == pytest.approx(behind, rel=1e-5)
 
 
@@ -95,7 +94,7 @@ def test_flank_may_begin_on_the_base_circle():
     gear = few_teeth(fillet=0.5 * mm)
     assert gear.roll_form == 0
     pair, twin, phases = fem.GearPair(gear, gear), plane_twin(gear, COARSE, 1), [0.0, 0.3]
-    te = static_transmission_error(pair, 30, phases, density=COARSE, progress=False)["te"].values[0]
+    te = nonlinear.static_transmission_error(pair, 30, phases, density=COARSE, progress=False)["te"].values[0]
     assert te == pytest.approx([twin_te(pair, twin, phase, 30 / gear.r_b) for phase in phases], rel=0.03)
 
 
@@ -109,7 +108,7 @@ def uniform(removed: float, **changes) -> tuple[fem.Gear, fem.Gear]:
 def test_material_removed_everywhere_turns_the_gears():
     """Also by more than the gap within which nodes are contact candidates."""
     pairs, options = (fem.GearPair(*uniform(v)) for v in (0.0, 25 * um)), {"density": COARSE, "progress": False}
-    te, removed = (static_transmission_error(pair, 2, [0.3, 0.5], **options)["te"].values for pair in pairs)
+    te, removed = (nonlinear.static_transmission_error(pair, 2, [0.3, 0.5], **options)["te"].values for pair in pairs)
     assert removed - te == pytest.approx(50 * um, abs=0.05 * um)
 
 
@@ -117,7 +116,7 @@ def test_all_nodes_that_touch_soft_gears_are_candidates(monkeypatch):
     soft, te = fem.GearPair(*uniform(0.0, material=fem.Material(E=1e9, nu=0.38))), []
     for _ in range(2):
         density = Density(flank=16)
-        te.append(static_transmission_error(soft, 0.6, [0.0], density=density, progress=False)["te"].item())
+        te.append(nonlinear.static_transmission_error(soft, 0.6, [0.0], density=density, progress=False)["te"].item())
         monkeypatch.setattr("fem.reference.mortar.CANDIDATE_GAP", 1 / 4)
     assert te[0] == pytest.approx(te[1], rel=1e-9)
     assert te[0] > 0.12 * mm
@@ -132,14 +131,16 @@ def test_pair_with_its_pitch_point_beside_the_path_of_contact():
     recess, approach = fem.GearPair(pinion, wheel), fem.GearPair(wheel, pinion)
     assert recess.roll_start > recess.roll_pitch and approach.roll_end < approach.roll_pitch
     options = {"density": Density(flank=24), "progress": False}
-    te = static_transmission_error(recess, 50, [0.02, 0.2], **options)["te"].values[0]
-    swapped = static_transmission_error(approach, 100, [0.8, 0.98], **options)["te"].values[0]
+    te = nonlinear.static_transmission_error(recess, 50, [0.02, 0.2], **options)["te"].values[0]
+    swapped = nonlinear.static_transmission_error(approach, 100, [0.8, 0.98], **options)["te"].values[0]
     assert swapped[::-1] == pytest.approx(te, rel=1e-3)
 
 
 def test_softer_contact_gives_more(paper_pair):
     hard, *soft = (
-        static_transmission_error(paper_pair, 150, [0.0], density=COARSE, penalty=penalty, progress=False)["te"].item()
+        nonlinear.static_transmission_error(paper_pair, 150, [0.0], density=COARSE, penalty=penalty, progress=False)[
+            "te"
+        ].item()
         for penalty in (np.inf, 1e17, 1e16)
     )
     assert hard < soft[0] < soft[1] < 1.02 * hard
@@ -150,7 +151,7 @@ def test_default_mesh_resolves_where_reliefs_begin():
     """Relief on the pinion alone, of 15 um: within 10 nm of a finer mesh, where even elements are 40 nm off."""
     pair = fem.GearPair(paper_gear(flank=(RELIEF,)), paper_gear(), a=150 * mm)
     default, even, fine = (
-        static_transmission_error(pair, 150, [0.1, 0.7], density=density, progress=False)["te"].values
+        nonlinear.static_transmission_error(pair, 150, [0.1, 0.7], density=density, progress=False)["te"].values
         for density in (COARSE, replace(COARSE, edges=()), Density(flank=66))
     )
     assert default == pytest.approx(fine, abs=10e-9)
@@ -160,38 +161,38 @@ def test_default_mesh_resolves_where_reliefs_begin():
 def test_bad_input_is_refused(paper_pair):
     wider = fem.GearPair(paper_gear(), paper_gear(b=25 * mm), a=150 * mm)
     with pytest.raises(ValueError, match="b of pinion and wheel must be equal"):
-        static_transmission_error(wider, 150, 4)
+        nonlinear.static_transmission_error(wider, 150, 4)
     helical = fem.GearPair(paper_gear(beta=0.1, d_a=156 * mm), paper_gear(beta=-0.1, d_a=156 * mm), a=151 * mm)
     with pytest.raises(ValueError, match="beta must be 0 in plane strain"):
-        static_transmission_error(helical, 150, 4)
+        nonlinear.static_transmission_error(helical, 150, 4)
     pitched, sloped = (
         fem.GearPair(paper_gear(flank=(part,)), paper_gear(), a=150 * mm)
         for part in (fem.PitchDeviation(np.linspace(0, 5 * um, 57)), fem.HelixSlope(5 * um))
     )
     with pytest.raises(ValueError, match="teeth must be alike"):
-        static_transmission_error(pitched, 150, 4)
+        nonlinear.static_transmission_error(pitched, 150, 4)
     with pytest.raises(ValueError, match="flanks must be the same across the width"):
-        static_transmission_error(sloped, 150, 4)
+        nonlinear.static_transmission_error(sloped, 150, 4)
     with pytest.raises(ValueError, match="element must be one of ElementQuad1"):
-        static_transmission_error(wider, 150, 4, element=ElementTriP2())
+        nonlinear.static_transmission_error(wider, 150, 4, element=ElementTriP2())
     for torque in (0, [150, 100], np.inf, 1e9, "150"):
         with pytest.raises(ValueError, match="torque must"):
-            static_transmission_error(paper_pair, torque, 4)
+            nonlinear.static_transmission_error(paper_pair, torque, 4)
     for phases in (2.5, 0, np.nan, [0.5, 0.2], [0.3, 1.0], [[0.1, 0.2]], "a", None):
         with pytest.raises(ValueError, match="phases must"):
-            static_transmission_error(paper_pair, 150, phases)
+            nonlinear.static_transmission_error(paper_pair, 150, phases)
     for penalty in (-1e16, 0.0, np.nan):
         with pytest.raises(ValueError, match="penalty must be > 0"):
-            static_transmission_error(paper_pair, 150, 4, penalty=penalty)
+            nonlinear.static_transmission_error(paper_pair, 150, 4, penalty=penalty)
     with pytest.raises(ValueError, match=r"density must be a fem\.Density"):
-        static_transmission_error(paper_pair, 150, 4, density=fem.Resolution())
+        nonlinear.static_transmission_error(paper_pair, 150, 4, density=fem.Resolution())
     long = fem.Gear(z=17, m_n=2 * mm, b=300 * mm, d_bore=15 * mm, beta=0.6)
     with pytest.raises(ValueError, match=r"z must be at least the \d+ teeth that may touch, got 17; reduce b"):
-        static_transmission_error(fem.GearPair(long, replace(long, beta=-0.6)), 150, 4, element=ElementHex1())
+        nonlinear.static_transmission_error(fem.GearPair(long, replace(long, beta=-0.6)), 150, 4, element=ElementHex1())
 
 
 def test_linear_elements_approach_quadratic_ones_from_the_stiff_side(paper_pair, problem):
-    coarse, fine = (static_problem(paper_pair, COARSE.refined(q), ElementQuad1()) for q in (1, 2))
-    te = [equilibrium(model, 0.0, 2000.0).te for model in (coarse, fine, problem)]
+    coarse, fine = (nonlinear.static_problem(paper_pair, COARSE.refined(q), ElementQuad1()) for q in (1, 2))
+    te = [nonlinear.equilibrium(model, 0.0, 2000.0).te for model in (coarse, fine, problem)]
     assert te[0] < te[1] < te[2]
     assert te[1] == pytest.approx(te[2], rel=0.025)

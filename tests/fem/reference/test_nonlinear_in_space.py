@@ -11,15 +11,7 @@ from raw_twin import RawTwin, gap_change
 from skfem import ElementHex1, ElementHex2
 
 import fem
-from fem import Density
-from fem.reference.nonlinear import (
-    ContactProblem,
-    complementarity,
-    contact_problem,
-    equilibrium,
-    gap_flexibility,
-    static_problem,
-)
+from fem import Density, nonlinear
 from fem.units import deg, mm, um
 
 COARSE = Density(flank=10, fillet=1, tooth=1, rim=1, body=1, width=3, teeth=1, behind=1)
@@ -32,7 +24,7 @@ def pair() -> fem.GearPair:
 
 @pytest.fixture(scope="module")
 def problem(pair):
-    return static_problem(pair, COARSE, ElementHex1())
+    return nonlinear.static_problem(pair, COARSE, ElementHex1())
 
 
 @pytest.mark.parametrize("element", [ElementHex1(), ElementHex2()])
@@ -77,7 +69,7 @@ def test_gear_that_moves_along_its_axis_turns_in_the_transverse_plane(pair, prob
 def test_helical_gears_in_contact_are_in_balance(pair, problem):
     """Torques are those of the mesh force, thrusts are the mesh force times tan(beta_b)."""
     force, phase = 2000.0, 0.35
-    state = equilibrium(problem, phase, force)
+    state = nonlinear.equilibrium(problem, phase, force)
     gaps = gaps_of(problem.mating, phase, state.te, state.u, candidates=state.candidates)
     assert gaps.closing @ state.contact_forces == pytest.approx(force, rel=1e-6)
     assert state.contact_forces.min() >= 0
@@ -92,21 +84,25 @@ def test_helical_gears_in_contact_are_in_balance(pair, problem):
 
 
 def test_mirrored_gears_give_a_symmetric_curve(problem):
-    ahead, behind = (equilibrium(problem, phase, 2000.0).te for phase in (0.3, -0.3))
+    ahead, behind = (nonlinear.equilibrium(problem, phase, 2000.0).te for phase in (0.3, -0.3))
     assert ahead == pytest.approx(behind, rel=1e-6)
 
 
 def test_exchanged_hands_give_the_same(pair, problem):
-    swapped = static_problem(fem.GearPair(pair.wheel, pair.pinion, a=pair.a), COARSE, ElementHex1())
-    assert equilibrium(swapped, 0.2, 2000.0).te == pytest.approx(equilibrium(problem, 0.2, 2000.0).te, rel=1e-6)
+    swapped = nonlinear.static_problem(fem.GearPair(pair.wheel, pair.pinion, a=pair.a), COARSE, ElementHex1())
+    assert nonlinear.equilibrium(swapped, 0.2, 2000.0).te == pytest.approx(
+        nonlinear.equilibrium(problem, 0.2, 2000.0).te, rel=1e-6
+    )
 
 
 def test_whole_width_of_a_spur_pair_is_twice_its_half(paper_pair):
-    half = static_problem(paper_pair, COARSE, ElementHex1())
+    half = nonlinear.static_problem(paper_pair, COARSE, ElementHex1())
     gear = deformable_gear(paper_pair.pinion, COARSE, ElementHex1())
-    whole = contact_problem(mating(paper_pair, gear))
+    whole = nonlinear.contact_problem(mating(paper_pair, gear))
     assert (half.gears[0].face.share, gear.face.share) == (0.5, 1.0)
-    assert equilibrium(whole, 0.2, 2000.0).te == pytest.approx(equilibrium(half, 0.2, 2000.0).te, rel=1e-6)
+    assert nonlinear.equilibrium(whole, 0.2, 2000.0).te == pytest.approx(
+        nonlinear.equilibrium(half, 0.2, 2000.0).te, rel=1e-6
+    )
 
 
 def sloped_pair(*slopes: float) -> fem.GearPair:
@@ -116,7 +112,7 @@ def sloped_pair(*slopes: float) -> fem.GearPair:
 def test_helix_slopes_of_both_gears_add_up():
     """Opposite slopes cancel; either sign has the same effect, and either gear."""
     cancelled, on_pinion, negative, on_wheel, plain = (
-        equilibrium(static_problem(sloped_pair(*slopes), COARSE, ElementHex1()), 0.2, 2000.0).te
+        nonlinear.equilibrium(nonlinear.static_problem(sloped_pair(*slopes), COARSE, ElementHex1()), 0.2, 2000.0).te
         for slopes in ((8 * um, -8 * um), (8 * um, 0), (-8 * um, 0), (0, 8 * um), (0, 0))
     )
     assert on_pinion == pytest.approx(negative, rel=1e-6)
@@ -129,31 +125,31 @@ def test_high_overlap_takes_more_teeth():
     gear = fem.Gear(z=30, m_n=2 * mm, b=28 * mm, d_bore=30 * mm, beta=30 * deg)
     wide = fem.GearPair(gear, replace(gear, beta=-gear.beta))
     assert 3 < wide.eps_alpha + wide.eps_beta < 4
-    assert list(static_problem(wide, COARSE, ElementHex1()).gears[0].flanks) == [-2, -1, 0, 1, 2]
+    assert list(nonlinear.static_problem(wide, COARSE, ElementHex1()).gears[0].flanks) == [-2, -1, 0, 1, 2]
 
 
 @pytest.mark.slow
 def test_helical_hexahedra_are_their_linear_twin(pair):
     """Large displacements and contact of the moved flanks against an independent linear solve at rest."""
     density = replace(COARSE, flank=16, width=4)
-    problem = static_problem(pair, density, ElementHex1())
+    problem = nonlinear.static_problem(pair, density, ElementHex1())
     twin = RawTwin(problem, density)
     force = 350 / pair.pinion.r_b
     for phase in (0.0, 0.25, 0.5):
-        assert equilibrium(problem, phase, force).te == pytest.approx(twin.te(phase, force), rel=2e-3)
+        assert nonlinear.equilibrium(problem, phase, force).te == pytest.approx(twin.te(phase, force), rel=2e-3)
 
 
-def linearized_te(problem: ContactProblem, phase: float, force: float) -> float:
+def linearized_te(problem: nonlinear.ContactProblem, phase: float, force: float) -> float:
     """Transmission error by the flexibility of the flanks, linearized about gears that are turned by it."""
     te = 0.0
     for _ in range(2):
         gaps = gaps_of(problem.mating, phase, te)
-        matrix = sum(gap_flexibility(*side) for side in zip(gaps.gradients, problem.flexibility, strict=True))
-        te = complementarity(matrix, gaps.gap + gaps.closing * te, gaps.closing, force)[0]
+        matrix = sum(nonlinear.gap_flexibility(*side) for side in zip(gaps.gradients, problem.flexibility, strict=True))
+        te = nonlinear.complementarity(matrix, gaps.gap + gaps.closing * te, gaps.closing, force)[0]
     return te
 
 
-def coupling_next_teeth_only(problem: ContactProblem) -> ContactProblem:
+def coupling_next_teeth_only(problem: nonlinear.ContactProblem) -> nonlinear.ContactProblem:
     """The problem without the coupling of teeth two pitches apart."""
     coupled = []
     for gear, flexibility in zip(problem.gears, problem.flexibility, strict=True):
@@ -170,11 +166,11 @@ def test_helical_pair_on_hexahedra_confirms_the_compliance(pair):
     and for the small effect of this coupling at phase 0.2.
     """
     density = Density(flank=12, fillet=2, tooth=2, rim=2, body=3, width=4, teeth=1, behind=1)
-    problem, phases = static_problem(pair, density, ElementHex2()), (0.0, 0.2, 0.5)
+    problem, phases = nonlinear.static_problem(pair, density, ElementHex2()), (0.0, 0.2, 0.5)
     next_only = coupling_next_teeth_only(problem)
     for torque, near in ((150, 0.03), (350, 0.01)):
         force = torque / pair.pinion.r_b
-        te = np.array([equilibrium(problem, phase, force).te for phase in phases])
+        te = np.array([nonlinear.equilibrium(problem, phase, force).te for phase in phases])
         linear, without = ([linearized_te(model, phase, force) for phase in phases] for model in (problem, next_only))
         ste, ste_without = (
             fem.static_transmission_error(pair, torque, phases, resolution=model, progress=False)["te"].values[0]
