@@ -3,21 +3,30 @@
 import os
 import sys
 
+import halved_cases
 import matplotlib
+import measured_rows
 import pytest
+from halved_cases import pytest_collection_modifyitems
 from hypothesis import settings
-from measured_rows import measured, pytest_addoption, pytest_terminal_summary
+from measured_rows import measured, pytest_terminal_summary
 from paper_gears import paper_pair
 
 import fem
 from fem.support import cache
 
-__all__ = ["measured", "pytest_addoption", "pytest_terminal_summary"]
+__all__ = ["measured", "pytest_collection_modifyitems", "pytest_terminal_summary"]
 
 matplotlib.use("Agg")
 # The same cases every time, however slow the machine.
 settings.register_profile("everyday", derandomize=True, deadline=None)
 settings.load_profile("everyday")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options that write measured numbers, and that take half of the cases."""
+    for options in (measured_rows, halved_cases):
+        options.pytest_addoption(parser)
 
 
 def pytest_configure(config) -> None:

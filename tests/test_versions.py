@@ -10,6 +10,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from halved_cases import taken
 
 ROOT = Path(__file__).parents[1]
 CI = ROOT / ".ci"
@@ -50,3 +51,17 @@ def test_ci_takes_the_first_python_that_runs(tmp_path):
         file.chmod(file.stat().st_mode | stat.S_IXUSR)
     assert Path(chosen(tmp_path, "python3.99", "python3.97", "python3.98")).samefile(sys.executable)
     assert chosen(tmp_path, "python3.99", "python3.97") == ""
+
+
+def test_both_halves_of_the_cases_together_are_all_and_hold_each_function():
+    functions = ["one", "two", "two", "many", "many", "many", "two"]
+    even, odd = taken(functions, 0), taken(functions, 1)
+    assert all(in_even or in_odd for in_even, in_odd in zip(even, odd, strict=True))
+    for half in (even, odd):
+        assert {name for name, is_taken in zip(functions, half, strict=True) if is_taken} == set(functions)
+    assert sum(even) + sum(odd) == len(functions) + 1
+
+
+def test_ci_runs_both_halves_of_the_cases():
+    run = (CI / "run").read_text(encoding="utf-8")
+    assert re.findall(r"^ *timed everyday_tests \S+ \S+ (\w+)", run, re.M) == ["even", "odd"]

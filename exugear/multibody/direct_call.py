@@ -26,6 +26,7 @@ from functools import cache
 from importlib.metadata import version
 from inspect import CO_VARARGS
 from pathlib import Path
+from traceback import print_exc
 from types import SimpleNamespace
 from typing import Any
 from zlib import crc32
@@ -64,14 +65,27 @@ PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 LONGEST_MESSAGE = 1000
 
 #: What Exudyn calls (contact) and what Python calls (call). A vector<double> is three pointers: begin, end, capacity.
+#: The kernel is compiled at the first call: a model that is drawn, or whose modes are computed, does without.
 ASSEMBLY = """
+@compiled = internal global ptr null
 define ptr @contact(ptr %forces, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t) {{
+entry:
   %exception = alloca ptr
   %begin = call ptr {new}(i64 {size})
   %coordinates = load ptr, ptr %q
   %velocities = load ptr, ptr %q_t
   {loads}
-  %status = call i32 {kernel}(ptr %begin, ptr %exception, {addresses}, double %t, {state})
+  %known = load ptr, ptr @compiled
+  %is_known = icmp ne ptr %known, null
+  br i1 %is_known, label %run, label %first
+first:
+  %new = call ptr {compile}()
+  store ptr %new, ptr @compiled
+  %is_compiled = icmp ne ptr %new, null
+  br i1 %is_compiled, label %run, label %failure
+run:
+  %kernel = phi ptr [ %known, %entry ], [ %new, %first ]
+  %status = call i32 %kernel(ptr %begin, ptr %exception, {addresses}, double %t, {state})
   %succeeded = icmp eq i32 %status, 0
   br i1 %succeeded, label %success, label %failure
 success:
@@ -175,7 +189,8 @@ def native_user_function(portable, kernel, addresses: tuple[int, ...], n: int):
     keep = SimpleNamespace(portable=portable, kernel=kernel, message=ctypes.create_string_buffer(LONGEST_MESSAGE))
     explain = explaining(portable, n, keep.message)
     keep.explain = CFUNCTYPE(c_void_p, c_double, POINTER(c_double), POINTER(c_double))(explain)
-    keep.code = machine_code(assembly(entry_of(kernel, len(addresses), n), addresses, n, keep))
+    keep.compile = CFUNCTYPE(c_void_p)(compiling(kernel, len(addresses), n))
+    keep.code = machine_code(assembly(addresses, n, keep))
     keep.name = ctypes.create_string_buffer(SIGNATURE)
     keep.type = (c_uint64 * 2)(0, addressof(keep.name))
     record[FUNCTION], record[TYPE] = keep.code.get_function_address("contact"), addressof(keep.type)
@@ -219,11 +234,11 @@ def entry_of(kernel, number: int, n: int) -> int:
     return overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name)
 
 
-def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
+def assembly(addresses: tuple[int, ...], n: int, keep) -> str:
     """`ASSEMBLY` for a kernel of n coordinates."""
     cpp = ctypes.CDLL("libstdc++.so.6")
     symbols = {
-        "kernel": entry,
+        "compile": code_address(keep.compile),
         "new": code_address(cpp._Znwm),
         "delete": code_address(cpp._ZdlPv),
         "throw": code_address(cpp._ZSt21__throw_runtime_errorPKc),
@@ -256,6 +271,24 @@ def machine_code(text: str):
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
     return engine
+
+
+def compiling(kernel, number: int, n: int):
+    """The function that compiles a kernel and returns its address: 0 where that fails, of which `explaining` tells why.
+
+    It is called from C++ and must not raise.
+    """
+
+    def compile() -> int:
+        try:
+            return entry_of(kernel, number, n)
+        except KeyboardInterrupt:
+            interrupt_main()  # raises KeyboardInterrupt again where the reason is asked for
+        except BaseException:
+            print_exc()
+        return 0
+
+    return compile
 
 
 def explaining(portable, n: int, message):

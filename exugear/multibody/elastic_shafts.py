@@ -16,7 +16,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
-from numba import carray
+from numba import carray, types
 
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_stiffness
@@ -34,6 +34,7 @@ from exugear.multibody.unbalance import add_unbalance
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.rolling_bearings.law import FAR as FAR_FROM_CENTRE
 from fem.support.numba_cache import compiled, kept
+from fem.support.on_demand import on_demand
 
 #: Number of elastic coordinates, index of the spin, number of nonlinear bearings, number of meshes; addresses of the
 #: gyroscopic matrix (n, n), 0 without, of the rows that measure the elastic coordinates, compressed: first entry of
@@ -394,6 +395,55 @@ def reaction_on_elastic(bearing, t, q, q_t, spin):
     return p, s, 0.0, 0.0, 0.0, 0.0
 
 
+@on_demand(types.none, types.int64, types.int64, types.float64, types.int64)
+def write_forces(record, recorder, t, n):
+    """Write the forces (n) on an elastic shaft in its state; arguments as of `elastic_kernel`.
+
+    Compiled once for shafts of any number of coordinates.
+    """
+    shaft = elastic_at(record)
+    polar, forces = carray(doubles_at(shaft.polar), (n, n)), carray(doubles_at(shaft.forces), n)
+    state = carray(doubles_at(shaft.state), 2 * n)
+    speed = state[n + shaft.spin]
+    for i in range(n):
+        forces[i] = 0.0
+    for j in range(n if shaft.polar else 0):
+        # -polar is its transpose, whose rows lie together
+        rate = speed * state[n + j]
+        for i in range(n):
+            forces[i] += polar[j, i] * rate
+    for k in range(shaft.number):
+        bearing = bearing_at(shaft.bearings + BEARING_SIZE * k)
+        rows = carray(doubles_at(bearing.rows), (5, n))
+        q, q_t = measured(rows, state, 0, n), measured(rows, state, n, n)
+        f = reaction_on_elastic(bearing, t, q, q_t, state[bearing.spin])
+        for j in range(n):
+            forces[j] += (
+                rows[0, j] * f[0] + rows[1, j] * f[1] + rows[2, j] * f[2] + rows[3, j] * f[3] + rows[4, j] * f[4]
+            )
+        forces[bearing.spin] += f[5]
+    for k in range(shaft.meshes):
+        in_step, acceleration = in_step_at(shaft.in_steps + IN_STEP_SIZE * k), 0.0
+        by_state = carray(doubles_at(in_step.rows), 2 * n)
+        for i in range(2 * n):
+            acceleration += by_state[i] * state[i]
+        doubles_at(in_step.acceleration)[0] = acceleration
+    k = sample_of(recorder, t)
+    if k >= 0:
+        header, m = header_at(recorder), shaft.elastic
+        starts, columns = carray(integers_at(shaft.starts), m + 1), integers_at(shaft.columns)
+        values = doubles_at(shaft.values)
+        for i in range(m):
+            amplitude, rate = 0.0, 0.0
+            for p in range(starts[i], starts[i + 1]):
+                amplitude, rate = (
+                    amplitude + values[p] * state[columns[p]],
+                    rate + values[p] * state[n + columns[p]],
+                )
+            floats_at(header.samples[0])[m * k + i] = amplitude
+            floats_at(header.samples[1])[m * k + i] = rate
+
+
 @cache
 def elastic_kernel(n: int):
     """The function (record, recorder, t, *coordinates, *velocities) -> forces (n) on an elastic shaft.
@@ -405,47 +455,8 @@ def elastic_kernel(n: int):
     @kept
     def elastic_shaft(record, recorder, t, *x):
         shaft = elastic_at(record)
-        polar, forces = carray(doubles_at(shaft.polar), (n, n)), carray(doubles_at(shaft.forces), n)
         put_all(shaft.state, x)
-        state = carray(doubles_at(shaft.state), 2 * n)
-        speed = state[n + shaft.spin]
-        for i in range(n):
-            forces[i] = 0.0
-        for j in range(n if shaft.polar else 0):
-            # -polar is its transpose, whose rows lie together
-            rate = speed * state[n + j]
-            for i in range(n):
-                forces[i] += polar[j, i] * rate
-        for k in range(shaft.number):
-            bearing = bearing_at(shaft.bearings + BEARING_SIZE * k)
-            rows = carray(doubles_at(bearing.rows), (5, n))
-            q, q_t = measured(rows, state, 0, n), measured(rows, state, n, n)
-            f = reaction_on_elastic(bearing, t, q, q_t, state[bearing.spin])
-            for j in range(n):
-                forces[j] += (
-                    rows[0, j] * f[0] + rows[1, j] * f[1] + rows[2, j] * f[2] + rows[3, j] * f[3] + rows[4, j] * f[4]
-                )
-            forces[bearing.spin] += f[5]
-        for k in range(shaft.meshes):
-            in_step, acceleration = in_step_at(shaft.in_steps + IN_STEP_SIZE * k), 0.0
-            by_state = carray(doubles_at(in_step.rows), 2 * n)
-            for i in range(2 * n):
-                acceleration += by_state[i] * state[i]
-            doubles_at(in_step.acceleration)[0] = acceleration
-        k = sample_of(recorder, t)
-        if k >= 0:
-            header, m = header_at(recorder), shaft.elastic
-            starts, columns = carray(integers_at(shaft.starts), m + 1), integers_at(shaft.columns)
-            values = doubles_at(shaft.values)
-            for i in range(m):
-                amplitude, rate = 0.0, 0.0
-                for p in range(starts[i], starts[i + 1]):
-                    amplitude, rate = (
-                        amplitude + values[p] * state[columns[p]],
-                        rate + values[p] * state[n + columns[p]],
-                    )
-                floats_at(header.samples[0])[m * k + i] = amplitude
-                floats_at(header.samples[1])[m * k + i] = rate
-        return as_tuple(forces, n)
+        write_forces(record, recorder, t, n)
+        return as_tuple(carray(doubles_at(shaft.forces), n), n)
 
     return elastic_shaft

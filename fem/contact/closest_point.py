@@ -4,10 +4,13 @@ from math import copysign, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
 from fem.contact.flank_gap import approach_at, first_roll, sections_of, turn_to_contact, write_gaps
+from fem.contact.mesh_geometry import PAIR_RECORDS
 from fem.gear.tooth_profile import LEAST_ROLL
 from fem.support.numba_cache import kept_unchecked, unchecked
+from fem.support.on_demand import on_demand
 
 #: Number of positions on a modified profile, with steps shorter than reliefs; number of rounds of the search around the
 #: closest position, and positions in a round: steps shrink by 8 in each round, to 1e-5 of a flank.
@@ -49,6 +52,12 @@ def closest_points(mesh, number, low, high, te):
         closest[2, i] += approach * at.te
         closest[3, i] = approach
     return closest
+
+
+#: `closest_points` where a kernel calls it: the code that Python calls, instead of a copy in each kernel.
+closest_in_kernels = on_demand(
+    types.float64[:, ::1], PAIR_RECORDS, types.int64[::1], types.float64[::1], types.float64[::1], types.float64[::1]
+)(closest_points)
 
 
 @unchecked

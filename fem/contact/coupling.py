@@ -7,12 +7,15 @@ it, and its mean over a slice, of those that the slice overlaps: products are su
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
+from fem.contact.mesh_geometry import PAIR_RECORDS
 from fem.elasticity.flank_compliance import Compliance
-from fem.elasticity.half_space import between_segments
+from fem.elasticity.half_space import between_in_kernels
 from fem.elasticity.rim_bending import RimModes
 from fem.microgeometry.compiled_flank import HINGE, is_of, lever
 from fem.support.numba_cache import kept_unchecked, unchecked
+from fem.support.on_demand import on_demand
 
 
 class CompiledCompliance(NamedTuple):
@@ -40,6 +43,9 @@ class Weights(NamedTuple):
     along: np.ndarray
 
 
+#: Numba's types.
+WEIGHTS = types.NamedTuple((types.int64[:, ::1], types.float64[:, ::1], types.float64[:, ::1]), Weights)
+RIM_MODES = types.NamedTuple((types.int64, types.float64[:, :, :, ::1], types.float64[:, :, :, ::1]), RimModes)
 #: Modes of a rim that is clamped: none.
 CLAMPED = RimModes(0, np.zeros((0, 1, 1, 1)), np.zeros((0, 1, 1, 1)))
 
@@ -144,7 +150,10 @@ def _add_body(body, side, number, m, weights, tilts, total):
             _add_products(u, weights, (first * m, last * m), total[p])
 
 
-@unchecked
+@on_demand(
+    *(types.none, RIM_MODES, types.int64, types.int64[:], types.int64),
+    *(WEIGHTS, types.float64[::1], types.float64[:, ::1]),
+)
 def _add_rim(rim, side, number, m, weights, tilts, total):
     """Add the lower triangle of the displacement by the bending of a rim, as `_add_body` that of the clamped gear."""
     moved = np.zeros((len(total), len(rim.normal)))
@@ -209,11 +218,18 @@ def smooth_compliance(mesh, bodies, mirrored, slices, depth, arcs, tilts):
             total[j, i] = total[i, j]
     _add_half_planes(mesh, bodies, mirrored, slices, depth, total)
     for side in range(2):
-        _add_cracks(mesh, side, mirrored, number, arcs[side], total)
+        cracked = 0
+        for row in mesh.wheel if side else mesh.pinion:
+            cracked += row.role == HINGE
+        if cracked:
+            _add_cracks(mesh, side, mirrored, number, arcs[side], total)
     return total
 
 
-@unchecked
+@on_demand(
+    *(types.none, PAIR_RECORDS, types.int64, types.boolean),
+    *(types.int64[:], types.float64[:, :], types.float64[:, ::1]),
+)
 def _add_cracks(mesh, side, mirrored, number, arcs, total):
     """Add the displacement per force on the flanks of a gear, 0 or 1, whose teeth turn about hinges in their roots."""
     n, m = arcs.shape
@@ -247,7 +263,7 @@ def _add_half_planes(mesh, bodies, mirrored, slices, depth, total):
                     (low[i] - gear.axial) / inclined,
                     (high[i] - gear.axial) / inclined,
                 )
-            between = between_segments(edges, end, depth, mirrored)
+            between = between_in_kernels(edges, end, depth, mirrored)
             factor = mesh.position.flattening if same else gear.flattening
             for i in range(last - first):
                 for j in range(last - first):

@@ -8,9 +8,12 @@ mate can end the strips.
 from math import atan2, copysign, cos, pi, sin, sqrt
 
 import numpy as np
+from numba import types
 
+from fem.contact.mesh_geometry import PAIR_RECORDS
 from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, turned
 from fem.support.numba_cache import unchecked
+from fem.support.on_demand import on_demand
 
 #: Gauss points and weights across a slice, and in its middle section.
 GAUSS = np.stack(np.polynomial.legendre.leggauss(3), axis=1)
@@ -21,6 +24,8 @@ NEWTON_STEPS, SHORTEST = 12, 1e-8
 OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
 #: Angle between a flank and the line of action beyond which it is out of reach, before the gear has turned once.
 TURNED_AWAY = pi / 2
+#: Numba's type of `FlankSections`.
+FLANK_SECTIONS = types.NamedTuple((types.int64[::1], types.float64[::1], types.float64[::1]), FlankSections)
 
 
 #: Middle section of a slice: number of the tooth pair; gear that carries the strips, 0: pinion or 1: wheel; its axial
@@ -67,7 +72,10 @@ def _set_back(mesh, gear, number):
     return turned(mesh.wheel if gear else mesh.pinion, mesh.table, -number if gear else number)
 
 
-@unchecked
+@on_demand(
+    *(types.none, PAIR_RECORDS, types.int64, types.int64, types.float64, FLANK_SECTIONS),
+    *(types.float64[:, ::1], types.float64[:, ::1]),
+)
 def _add_removed(mesh, gear, role, factor, sections, roll, removed):
     """Add the material [m] that rows of a role remove from a gear, 0 or 1: `add_removed`."""
     rows = mesh.wheel if gear else mesh.pinion

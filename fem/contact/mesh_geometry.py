@@ -6,9 +6,10 @@ from math import cos, tan
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import from_dtype, types
 
 from fem.gear.gear import Gear
-from fem.microgeometry.compiled_flank import CompiledFlank, UsersModifications, compiled_flank
+from fem.microgeometry.compiled_flank import ROW, CompiledFlank, UsersModifications, compiled_flank
 from fem.microgeometry.flank import rounding
 from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition
@@ -43,6 +44,13 @@ class PairRecords(NamedTuple):
     pinion: np.ndarray
     wheel: np.ndarray
     table: np.ndarray
+
+
+#: Numba's type of two gears at a mesh position.
+PAIR_RECORDS = types.NamedTuple(
+    (from_dtype(POSITION), from_dtype(GEAR)[::1], from_dtype(ROW)[::1], from_dtype(ROW)[::1], types.float64[::1]),
+    PairRecords,
+)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ larger than the depth: the sum does not depend on the depth. The end faces are t
 from math import asinh, cos, log, sqrt
 
 import numpy as np
+from numba import types
 
 from fem.elasticity.face_symmetry import Face
 from fem.elasticity.hat_functions import hats, overlap
@@ -16,6 +17,7 @@ from fem.elasticity.section_mesh import divided
 from fem.gear.gear import Gear
 from fem.pair.hertz import flattening, log_mean
 from fem.support.numba_cache import kept_unchecked, unchecked
+from fem.support.on_demand import on_demand
 
 #: Depth at which half-planes under hats are clamped, over the least distance of tops across the width: so small that
 #: the sum of half-plane and line does not depend on it.
@@ -51,6 +53,11 @@ def between_segments(edges, end, depth, mirrored):
         for j in range(n):
             total[i, j] *= depth / 2 / ((edges[i + 1] - edges[i]) * (edges[j + 1] - edges[j]))
     return total
+
+
+between_in_kernels = on_demand(types.float64[:, ::1], types.float64[::1], types.float64, types.float64, types.boolean)(
+    between_segments
+)
 
 
 @unchecked

@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from fem.support.numba_cache import unchecked
+from fem.support.numba_cache import unchecked, unchecked_apart
 
 
 @unchecked(fastmath=True)
@@ -16,7 +16,7 @@ def product(a, i, b, j, n):
     return total
 
 
-@unchecked
+@unchecked_apart
 def factorize(matrix):
     """Replace a symmetric matrix (n, n) by its factors L D L^T, with the inverse of D on the diagonal of L."""
     n = len(matrix)
@@ -31,7 +31,7 @@ def factorize(matrix):
         matrix[i, i] = 1 / pivot
 
 
-@unchecked
+@unchecked_apart
 def solve(factors, right):
     """Replace right sides (m, n), one in each row, by the solutions; factors of `factorize`."""
     n = len(factors)
@@ -45,7 +45,7 @@ def solve(factors, right):
                 right[r, k] -= factors[i, k] * right[r, i]
 
 
-@unchecked
+@unchecked_apart
 def square_root(matrix, first, root):
     """Write a lower triangular L (n, n) with L L^T = matrix[first:, first:], which may be singular up to rounding."""
     least = 0.0
@@ -69,7 +69,7 @@ def submatrix(matrix, chosen):
     return part
 
 
-@unchecked
+@unchecked_apart
 def times(matrix, rows):
     """Symmetric matrix (n, n) times vectors (m, n), one in each row."""
     products = np.empty(rows.shape)
@@ -108,7 +108,7 @@ def indices_of_true(values):
     return positions[:number]
 
 
-@unchecked
+@unchecked_apart
 def congruent(matrix, roots):
     """L^T S L of a symmetric matrix S (n, n) and of a block diagonal L of lower triangular roots (k, m, m)."""
     return _left_times(roots, np.ascontiguousarray(_left_times(roots, matrix).T))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.closest_point import closest_points
+from fem.contact.closest_point import closest_in_kernels
 from fem.contact.contact_state import TINY
 from fem.contact.mesh_geometry import PairGeometry, PairRecords
 from fem.support.numba_cache import kept_unchecked
@@ -79,13 +79,16 @@ def first_touch(mesh, records, number, misalignment, across, te, rounds):
         distance = (high - low) / max(sections.size - 1, 1)
         for rounds_left in range(rounds, -1, -1):
             n = sections.size
-            closest = closest_points(at, np.full(n, number[k]), sections, sections, np.full(n, te[k]))
+            closest = closest_in_kernels(at, np.full(n, number[k]), sections, sections, np.full(n, te[k]))
             for i in range(n):
                 gap = closest[2, i] + mesh.position.inclined * misalignment[k] * sections[i]
                 if gap / closest[3, i] < touch[k]:
                     touch[k], where[k] = gap / closest[3, i], sections[i]
             if rounds_left:
-                sections, distance = np.clip(where[k] + distance * AROUND, low, high), distance / 3
+                sections = np.empty(AROUND.size)
+                for i in range(AROUND.size):
+                    sections[i] = min(max(where[k] + distance * AROUND[i], low), high)
+                distance /= 3
     return touch, where
 
 

@@ -145,6 +145,7 @@ def _enclosed_numbers(function: Callable) -> str:
 
 #: `kept` with sums in any order.
 fast = partial(kept, fastmath=True)
-#: `compiled` and `kept` where a division by 0 gives infinity, as in numpy: the checks would double the code.
+#: `compiled`, `apart` and `kept` where a division by 0 gives infinity, as in numpy: the checks would double the code.
 unchecked: Any = partial(compiled, error_model="numpy")
+unchecked_apart: Any = partial(apart, error_model="numpy")
 kept_unchecked: Any = partial(kept, error_model="numpy")

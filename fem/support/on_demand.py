@@ -14,6 +14,7 @@ from typing import Any
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba.core import cgutils
+from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
 from fem.support.numba_cache import kept
@@ -27,12 +28,15 @@ def on_demand(returns, *arguments) -> Callable[[Callable], Any]:
 
     returns, arguments   their numba types; numbers of a call are converted to them, tuples must have them
 
+    Of a `kept` function, which Python calls, kernels then call the code that Python calls with these types.
+
     Errors of the function are those of the kernel. A kernel raises RuntimeError where the function can't be compiled,
     and Python prints why.
     """
 
     def decorate(function):
-        dispatcher, name = kept(function), f"address_of.{function.__module__}.{function.__qualname__}"
+        dispatcher = function if isinstance(function, Dispatcher) else kept(function)
+        name = f"address_of.{function.__module__}.{function.__qualname__}"
 
         def address() -> int:
             # ctypes returns anything where Python raises

@@ -1,5 +1,7 @@
 """Scenes shared by the tests: a smooth map with the data of the paper's pair, and oscillators with known solutions."""
 
+from functools import cache
+
 import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
@@ -26,11 +28,22 @@ def smooth_map(torque=TORQUES, phases: int = 30):
 
 def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
     """The paper's pair, free to spin or with the same bearing, or further parts, on both shafts."""
+    return free_pair() if part is None and parts is None and not stage else _smooth_box(part, parts, **stage)
+
+
+@cache
+def free_pair() -> exugear.Gearbox:
+    """The paper's pair, free to spin; made once, as its law takes longer than most of what is asked of it."""
+    return _smooth_box(None, None)
+
+
+def _smooth_box(part, parts, **stage) -> exugear.Gearbox:
     parts = {30 * mm: paper_gear()} | ({} if part is None else {0.0: part}) | (parts or {})
     fast, slow = exugear.Shaft("fast", parts), exugear.Shaft("slow", parts)
     return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])
 
 
+@cache
 def two_stages(angle: float = 0.0) -> exugear.Gearbox:
     """The paper's pair twice, the second at an angle behind the first; a middle shaft with two gears."""
     middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})

@@ -43,6 +43,39 @@ def test_exudyn_and_python_call_the_same_compiled_code():
     assert len(kernel.overloads) == 1
 
 
+def turning(kernel) -> exu.MainSystem:
+    """A body whose torque a kernel gives, called directly."""
+
+    def by_python(mbs, t, item, q, q_t):
+        return kernel(0, t, *q, *q_t)
+
+    mbs = exu.SystemContainer().AddSystem()
+    node = mbs.AddNode(eii.Node1D(referenceCoordinates=[0]))
+    mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node))
+    function = direct_call.native_user_function(by_python, kernel, (0,), 1)
+    mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=function))
+    mbs.Assemble()
+    return mbs
+
+
+@needs_native
+def test_a_kernel_is_compiled_when_exudyn_first_calls_it():
+    kernel = njit(lambda address, t, *x: (-1.0,))
+    mbs = turning(kernel)
+    assert not kernel.overloads
+    mbs.SolveDynamic(settings_of(100))
+    assert mbs.systemData.GetODE2Coordinates_t() == pytest.approx([-1e-3 / INERTIA], rel=1e-12)
+    assert len(kernel.overloads) == 1
+
+
+@needs_native
+def test_a_kernel_that_cannot_be_compiled_stops_the_solver_with_the_reason(capfd):
+    mbs = turning(njit(lambda address, t, *x: (x.no_such_field,)))
+    with pytest.raises(RuntimeError, match="TypingError"):
+        mbs.SolveDynamic(settings_of(100))
+    assert "no_such_field" in capfd.readouterr().err
+
+
 @pytest.fixture
 def both_paths(monkeypatch):
     """Results of a function by way of Python and by the direct call."""

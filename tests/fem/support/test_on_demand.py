@@ -3,6 +3,7 @@
 from math import nan
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from numba import types
 
@@ -47,6 +48,33 @@ def test_its_errors_are_those_of_the_kernel():
     with pytest.raises(ValueError) as error:
         raised_twice(2.5, nan, -3)
     assert error.value.args == (2.5, -3)
+
+
+@kept
+def doubled(values):
+    return 2 * values
+
+
+doubled_in_kernels = on_demand(types.float64[::1], types.float64[::1])(doubled)
+
+
+@on_demand(types.none, types.float64[::1])
+def negate(values):
+    for i in range(values.size):
+        values[i] = -values[i]
+
+
+@kept
+def doubled_twice_and_negated(values):
+    result = doubled_in_kernels(doubled_in_kernels(values))
+    negate(result)
+    return result
+
+
+def test_kernels_and_python_call_the_same_code_of_a_kept_function():
+    assert doubled_twice_and_negated(np.array([1.0, 2.0])).tolist() == [-4.0, -8.0]
+    assert doubled(np.array([3.0])).tolist() == [6.0]
+    assert len(doubled.overloads) == 1
 
 
 def test_what_no_call_reaches_is_not_compiled_and_a_failed_compilation_is_an_error(capsys):
