@@ -157,7 +157,7 @@ def reference_of(mbs, item) -> list[float]:
     kind, body = kind_of(mbs, item), mbs.GetObject(item)
     if kind == SPIN:
         return [*body["referencePosition"], 0.0, 0.0, 0.0]
-    coordinates = list(mbs.GetNode(body["nodeNumber"])["referenceCoordinates"])
+    coordinates = list(mbs.GetNode(node_of(mbs, item))["referenceCoordinates"])
     return [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]] if kind == PLANAR else coordinates
 
 
@@ -166,8 +166,8 @@ def kind_of(mbs, item) -> str:
     require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
     body = object_of(mbs, "itemNumbers", item)
     bodies = f"itemNumbers must be bodies with one node, got {body['objectType']}; use CreateRigidBody"
-    require("nodeNumber" in body, bodies)
-    kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
+    require("nodeNumber" in body or len(body.get("nodeNumbers", ())) == 1, bodies)
+    kind = str(mbs.GetNode(node_of(mbs, item))["nodeType"])
     if kind == "1D" and "Rotational" in str(body["objectType"]):
         return SPIN
     if kind in NODES:
@@ -179,4 +179,5 @@ def kind_of(mbs, item) -> str:
 
 def node_of(mbs, item):
     """Number of the node with the body's coordinates."""
-    return mbs.GetObject(item)["nodeNumber"]
+    body = mbs.GetObject(item)
+    return body["nodeNumber"] if "nodeNumber" in body else body["nodeNumbers"][0]
