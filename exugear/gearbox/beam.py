@@ -3,7 +3,9 @@
 Bending has the coordinates (displacement, slope) of each node. In the planes (x, tilt_y) and (y, -tilt_x) the matrices
 are the same; a shaft that turns at W couples them by gyroscopic moments: M u'' + W G v' + K u = 0,
 M v'' - W G u' + K v = 0. Elements: Przemieniecki, Theory of Matrix Structural Analysis (1968); with rotary inertia and
-gyroscopic terms Nelson, J. Mech. Design 102 (1980). Shear coefficient: Cowper, J. Appl. Mech. 33 (1966).
+gyroscopic terms Nelson, J. Mech. Design 102 (1980). Shear coefficient: Cowper, J. Appl. Mech. 33 (1966). The shear
+force of an element is constant, so that frequencies are too high by a share of its length squared: elements of d / 8
+give 776.268 Hz for 776.255 Hz, the second mode of a pinned shaft 1 m by 100 mm, and 2779.8 for 2779.2 Hz, its fourth.
 """
 
 from collections.abc import Mapping, Sequence

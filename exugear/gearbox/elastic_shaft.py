@@ -215,10 +215,6 @@ class ElasticShaft:
         coordinates[:RIGID] = of_body.T - shapes @ coordinates[RIGID:]
         return coordinates.T
 
-    def of_first_body(self, decoupled: np.ndarray) -> np.ndarray:
-        """(n, 5) motion of the first body by decoupled coordinates (n, 5 + m)."""
-        return decoupled @ self.of_body(self.shaft.stations[0]).T
-
     @cached_property
     def from_moving(self) -> np.ndarray:
         """(5 + m, 5 + m) decoupled coordinates by those of bodies and further node (`moving`).

@@ -403,17 +403,16 @@ def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion], inertia: fl
     inertia   of the shaft about z [kg m^2], of a carrier with that of its planets on their circle
 
     An Rxyz body turns about its axis by the rate of its spin plus that of the first tilt times the sine of the second.
+    Elastic shafts have constant mass matrices.
     """
     motion = motions[shaft.name]
     energy, about_axis = np.zeros(motion.speed.size), motion.speed
-    if motion.q is not None and motion.q_t is not None:
+    if motion.elastic and motion.q_t is not None:
+        energy = energy + motion.q_t**2 @ motion.elastic.inertia
+    elif motion.q is not None and motion.q_t is not None:
         x, y, z, a_t, b_t = (motion.q_t if motion.velocity is None else motion.velocity)[:, :5].T
-        of_body, about_x = motion.q, a_t
-        if motion.elastic:
-            of_body, about_x = motion.elastic.of_first_body(motion.q), motion.elastic.of_first_body(motion.q_t)[:, 3]
-            energy = energy + motion.q_t[:, 5:] ** 2 @ motion.elastic.inertia[5:]
-        b = shaft.offset.tilt_y + of_body[:, 4] if motion.tilt_y is None else motion.tilt_y
-        about_axis = about_axis + about_x * np.sin(b)
+        b = shaft.offset.tilt_y + motion.q[:, 4] if motion.tilt_y is None else motion.tilt_y
+        about_axis = about_axis + a_t * np.sin(b)
         energy = energy + shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
     if motion.elastic and motion.twist_rates is not None and motion.beside is not None:
         energy = energy + _forms(motion.twist_rates, motion.beside)

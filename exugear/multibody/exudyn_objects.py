@@ -171,8 +171,8 @@ def kind_of(mbs, item) -> BodyKind:
     require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
     body = object_of(mbs, "itemNumbers", item)
     bodies = f"itemNumbers must be bodies with one node, got {body['objectType']}; use CreateRigidBody"
-    require("nodeNumber" in body, bodies)
-    node = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
+    require("nodeNumber" in body or len(body.get("nodeNumbers", ())) == 1, bodies)
+    node = str(mbs.GetNode(node_of(mbs, item))["nodeType"])
     object_type, kind = BODIES.get(node, ("", None))
     remedy = "use CreateRigidBody, or ObjectRotationalMass1D on Node1D"
     if kind is None or object_type not in str(body["objectType"]):
@@ -182,4 +182,5 @@ def kind_of(mbs, item) -> BodyKind:
 
 def node_of(mbs, item):
     """Number of the node with the body's coordinates."""
-    return mbs.GetObject(item)["nodeNumber"]
+    body = mbs.GetObject(item)
+    return body["nodeNumber"] if "nodeNumber" in body else body["nodeNumbers"][0]

@@ -62,7 +62,7 @@ class Plan:
     sets        what is modelled of each planetary set and what is skipped, by the name of its carrier
     set_stages  labels of the stages on each carrier, by its name
     elastic     elastic shafts by their names, with the coordinates that they need
-    flexible    reason for these coordinates or for none, by shaft with sections
+    flexible    reason for these coordinates or for none, by shaft with sections; their errors in a run, by stage
     steps       step of a run [s] in which the bearing forces of elastic shafts are accurate, by their names
     housing     what of a housing the run takes, and what it leaves out; empty without a housing
     elastic_housing  the housing with the coordinates that it has in a run; None where its static stiffness suffices
@@ -113,7 +113,8 @@ class Plan:
         """The plan in which shafts with sections twist towards their ends, but do not bend."""
         rigid = dict.fromkeys(self.elastic, "rigid: chosen by the user")
         scene = {field.name: getattr(self, field.name) for field in fields(Plan)}
-        return Plan(**scene | {"elastic": {}, "flexible": {**self.flexible, **rigid}, "steps": {}})
+        flexible = {name: text for name, text in self.flexible.items() if name in self.shafts} | rigid
+        return Plan(**scene | {"elastic": {}, "flexible": flexible, "steps": {}})
 
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from elastic_boxes import elastic_box
 from matplotlib.image import imread, imsave
 from paper_gears import paper_pair
 from planetary_boxes import GEAR, PIN, SUN_PAIR, planar_box, planetary_box
@@ -39,9 +40,9 @@ def display():
         pytest.skip("needs a screen: set DISPLAY, or install Xvfb")
 
 
-def show(path: str, window: bool = True) -> None:
+def show(path: str, window: bool = True, box: exugear.Gearbox | None = None) -> None:
     """Turn the gears, in Exudyn's window or before its raytracer, and save the picture at the end."""
-    built = exugear.build(smooth_box())
+    built = exugear.build(box or smooth_box())
     exugear.draw(built)
     settings, renderer = built.container.visualizationSettings, built.container.renderer
     settings.view0.window.renderWindowSize = [1200, 700]
@@ -84,8 +85,9 @@ def check_teeth(path: Path) -> None:
         assert off - round(off) == pytest.approx(0, abs=0.05)
 
 
-def test_teeth_mesh_before_the_raytracer(tmp_path):
-    show(str(tmp_path / "picture.png"), window=False)
+@pytest.mark.parametrize("box_of", [smooth_box, elastic_box], ids=["rigid", "elastic"])
+def test_teeth_mesh_before_the_raytracer(tmp_path, box_of):
+    show(str(tmp_path / "picture.png"), window=False, box=box_of())
     check_teeth(tmp_path / "picture.png")
 
 
