@@ -129,7 +129,8 @@ def _text(path) -> str:
 
 def _header(units: Mapping[str, str], optional: Iterable[str]) -> str:
     """The header that a table must have, in words."""
-    needed, further = [], []
+    needed: list[str] = []
+    further: list[str] = []
     for name, unit in units.items():
         (further if name in optional else needed).append(f"{name} [{unit}]")
     return ", ".join(needed) + (f"; columns that may follow: {', '.join(further)}" if further else "")
