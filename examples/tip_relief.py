@@ -4,15 +4,16 @@
 
 Linear relief of the same amount and length on both gears, in steps of 0.5 and 50 µm. One design makes the peak to peak
 of the STE small at 350 N m, the other the largest of those at 150, 250 and 350 N m. Each has its valley in the
-landscape: longer reliefs are shallower. The run-ups at 350 N m show the DTE before and after, each resonance beside its
-old value. The compliance of the gears is that of unmodified ones, so that flanks cost only contact solves. Damping is
-chosen here.
+landscape: longer reliefs are shallower. The run-ups at 350 N m show the DTE before and after: a table has the resonance
+of each mesh harmonic, and that harmonic of the STE, which excites it. The compliance of the gears is that of unmodified
+ones, so that flanks cost only contact solves. Damping is chosen here.
 """
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from command_line import command_line
 from korta_pair import paper_pair
 
@@ -48,20 +49,30 @@ def run_up(ste, duration: float) -> exugear.Run:
     return exugear.run_up(model, speed=(0, TOP_SPEED), duration=duration, load=LOAD, progress=False)
 
 
+def resonances(maps: dict, runs: dict[str, exugear.Run]) -> pd.DataFrame:
+    """Amplitude of the DTE at the resonance of each mesh harmonic, and that harmonic of the STE [µm], by design."""
+    columns = {}
+    for name, run in runs.items():
+        peaks = exugear.resonances(run).to_dataframe().set_index("harmonic")["amplitude"] / um
+        of_map = fem.te_harmonics(maps[name], 10)["amplitude"].sel(torque=LOAD)
+        columns[name, "DTE"] = peaks.groupby(level=0).max()
+        columns[name, "STE"] = of_map.to_series() / um
+    return pd.DataFrame(columns).dropna(how="all", subset=[(name, "DTE") for name in runs]).round(2)
+
+
 def draw(folder: Path, landscape, maps: dict, runs: dict[str, exugear.Run], pair: fem.GearPair) -> None:
     """Landscape, peak to peak over the torque and DTE over mesh frequency; the figure for the drawing office."""
     figure = plots.figure(columns=3)
     figure.set_size_inches(13, 4.2)
-    about = landscape.attrs | {"long_name": "lg (peak to peak / µm) at 350 N m"}
-    plots.plot_landscape(np.log10(landscape).assign_attrs(about), figure.axes[0])
-    for (name, ste), colour in zip(maps.items(), ("k", *plots.DISTINCT), strict=False):
+    about = landscape.attrs | {"long_name": "lg (peak to peak / µm)"}
+    plots.plot_landscape(np.log10(landscape).assign_attrs(about), figure.axes[0]).set_title("STE at 350 N m")
+    for (name, ste), colour, dash in zip(maps.items(), plots.DISTINCT, ("-", "--", ":"), strict=False):
         swing = fem.peak_to_peak(ste)["peak_to_peak"] / um
-        figure.axes[1].plot(ste["torque"], swing, color=colour, label=name)
+        figure.axes[1].plot(ste["torque"], swing, color=colour, linestyle=dash, label=name)
     figure.axes[1].set(xlabel="torque [N m]", ylabel="peak to peak of the STE [µm]", xlim=(0, 500), ylim=(0, 9))
     figure.axes[1].axvspan(RANGE[0], RANGE[-1], color="0.93", zorder=0)
     figure.axes[1].legend(frameon=False, fontsize=9)
     plots.plot_envelopes(runs, figure.axes[2]).set_title("run-up at 350 N m")
-    figure.axes[2].legend(frameon=False, fontsize=9)
     figure.savefig(folder / "tip_relief.png", dpi=100)
     plots.flank_drawing(pair, title="best at 350 N m").savefig(folder / "tip_relief_drawing.png", dpi=100)
 
@@ -81,9 +92,8 @@ def main(folder: Path, quick: bool = False) -> dict[str, dict[str, float]]:
         swing = fem.peak_to_peak(maps[name])["peak_to_peak"]
         numbers[name] = {f"{load:g} N m": float(swing.sel(torque=load)) for load in RANGE}
         numbers[name]["DTE"] = float(exugear.dte_envelope(run).rms.max())
-        resonances = exugear.resonances(run)[["mesh_frequency", "harmonic", "amplitude"]].to_dataframe().round(8)
-        words = ", ".join(f"{key}: {value / um:.2f} µm" for key, value in numbers[name].items())
-        print(f"{name}: {words}\n{resonances}")
+        print(f"{name}:", ", ".join(f"{key}: {value / um:.2f} µm" for key, value in numbers[name].items()))
+    print("resonances by mesh harmonic [µm]", resonances(maps, runs).to_string(na_rep=""), sep="\n")
     return numbers
 
 

@@ -27,7 +27,7 @@ from exugear.mesh_force.potential import CONTINUED
 from exugear.mesh_force.static_deflection import static_deflections
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, require_rising, te_under
 from exugear.mesh_force.tabulation import tabulate, uniform_phases
-from exugear.mesh_force.tooth_pairs import ToothPairs, tooth_pairs_of
+from exugear.mesh_force.tooth_pairs import ToothPairs, errors_of, tooth_pairs_of
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import has_right_flanks, left_torques, right_torques, why_unlike
 from fem.ste.ste_map import (
@@ -266,8 +266,7 @@ class MeshForce:
             return law
         first = {name: float(values[0]) for name, values in law.offsets.items()}
         te = static_deflections(law.flank_at(1, **first), phase, loads)
-        error = te - pairs["te_check"].values
-        errors = {"error": float(np.abs(error).max()), "error_rms": float(np.sqrt((error**2).mean()))}
+        errors = errors_of(te, pairs)
         return replace(law, teeth=replace(law.teeth, **errors))  # type: ignore[type-var]
 
     @classmethod

@@ -13,7 +13,9 @@ from exugear.mesh_force.kernel_records import record_of, start_of_field
 from exugear.mesh_force.layout import INCREMENT, TEETH
 from fem.ste.load_interpolation import deflection_under, over_parts
 from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_of
+from fem.support.user_warning import warn_user
 from fem.support.validation import set_fields
+from fem.units import um
 
 #: Positions in a pitch of single tooth pairs in a law, and number of t of increments.
 STEPS, INCREMENT_LOADS = 128, 33
@@ -22,6 +24,8 @@ STEPS, INCREMENT_LOADS = 128, 33
 LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
 #: Unloaded deflection of a single tooth pair up to which it is on the path of contact [m].
 TOUCHING = 1e-6
+#: Error over what deviations add, and error [m], above which a law warns: the theory states up to 8 % (spalls).
+LARGEST_SHARE, LEAST_TOLD = 0.08, 0.1 * um
 
 
 def _absent() -> np.ndarray:
@@ -51,6 +55,7 @@ class ToothPairs:
     largest_load        load of the last increment [N]: t = sqrt(load / largest_load), evenly spaced
     error, error_rms    largest and root mean square difference of the law from contacts that were solved whole [m]; NaN
                         where none were
+    added_rms           root mean square of what deviations add in these contacts [m]
     turn                share of a pitch by which a difference of pitch deviations turns the teeth [1/m]
     """
 
@@ -71,6 +76,7 @@ class ToothPairs:
     turn: float
     error: float = nan
     error_rms: float = nan
+    added_rms: float = nan
     moments: np.ndarray = field(default_factory=_absent)
     moment_coupling: np.ndarray = field(default_factory=_absent)
     meeting: np.ndarray = field(default_factory=_absent)
@@ -243,6 +249,20 @@ def tooth_pairs_of(data: xr.Dataset, law: type) -> ToothPairs:
         largest_load=float(data["increment_torque"][-1]) / pair.pinion.r_b,
         turn=1 / (2 * pair.p_bt),
     )
+
+
+def errors_of(te: np.ndarray, pairs: xr.Dataset) -> dict[str, float]:
+    """Errors of te (n_load, n_phase) [m] of a law beside the contacts solved whole, and what deviations add in these.
+
+    A law whose errors are a larger share than the theory states warns.
+    """
+    whole = pairs["te_check"].values
+    error, added = te - whole, whole - pairs["te_alike"].values if "te_alike" in pairs else np.array(nan)
+    error_rms, added_rms = (float(np.sqrt((x**2).mean())) for x in (error, added))
+    if error_rms > max(LARGEST_SHARE * added_rms, LEAST_TOLD):
+        told = f"the composed law errs by {error_rms / um:.2g} um rms where deviations add {added_rms / um:.2g} um"
+        warn_user(f"{told}, in {whole.size} states solved whole; compute the map of all pitches, or more checks")
+    return {"error": float(np.abs(error).max()), "error_rms": error_rms, "added_rms": added_rms}
 
 
 def rising(deflection: np.ndarray) -> np.ndarray:

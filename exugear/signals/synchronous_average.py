@@ -49,6 +49,8 @@ def synchronous_average(
     speed = signal[SPEED].values
     reverses = f"speed of the signal must keep its sign, got {speed.min():g} to {speed.max():g} rad/s"
     require(bool((speed >= 0).all() or (speed <= 0).all()), f"{reverses}; cut the signal where the shaft reverses")
+    turns_at_all = "signal must be of a turning shaft, its speed is 0 throughout; pass a run at speed"
+    require(bool((speed != 0).any()), turns_at_all)
     require(0 < shaft_order < np.inf, f"shaft_order must be > 0 and finite, got {shaft_order:g}")
     require(1 <= highest_order < np.inf, f"highest_order must be >= 1 and finite, got {highest_order:g}")
     require(turns is None or turns >= 1, f"turns must be >= 1, got {turns}")

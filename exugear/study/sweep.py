@@ -1,8 +1,9 @@
 """Sweeps: a function over many cases, on any executor, with the finished cases kept in a folder."""
 
+import pickle
 import traceback
 from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import dataclass
@@ -99,6 +100,8 @@ def sweep(
     """
     labels, listed = _listed(cases)
     _check_arguments(function, listed, seed)
+    if isinstance(executor, ProcessPoolExecutor):
+        _check_importable(function)
     keep = None if store is None else CaseStore(Path(store), function)
     work = [_Case(function, case, None if seed is None else (seed, number)) for number, case in enumerate(listed)]
     outcomes: list[xr.Dataset | str] = [NOT_COMPUTED] * len(work)
@@ -221,6 +224,15 @@ def _check_arguments(function: Callable, cases: list[dict[str, Any]], seed: int 
             raise ValueError(
                 f"cases must hold the arguments of the function, case {number} does not: {error}"
             ) from None
+
+
+def _check_importable(function: Callable) -> None:
+    """ValueError unless the processes of a pool can import the function; Dask sends any function."""
+    try:
+        pickle.dumps(function)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        remedy = "define it at the top of a module or script, not inside a function and not as a lambda"
+        raise ValueError(f"function must be one that processes can import ({error}); {remedy}") from None
 
 
 def _outcomes(

@@ -6,13 +6,14 @@ import numpy as np
 
 from fem.gear.gear import Gear
 from fem.microgeometry.deviation import Grid, OnTooth, PitchDeviation
-from fem.microgeometry.modification import HelixSlope
+from fem.microgeometry.modification import LARGEST_AMOUNT, HelixSlope
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.tables import read_grid, read_table
 from fem.support.validation import require
+from fem.units import um
 
 #: Largest sum of all single pitch deviations of a gear [m], which is 0 but for rounding.
-LARGEST_CLOSING_ERROR = 2e-6
+LARGEST_CLOSING_ERROR = 2 * um
 
 
 @checked
@@ -29,25 +30,25 @@ def pitch_chart(path: FilePath, gear: Gear) -> PitchDeviation:
     unknown, NaN, a second header, a tooth that is missing or given twice.
     """
     columns = {"tooth": "1", "removed": "m", "single_pitch": "m"}
-    table = read_table(path, columns, optional=("removed", "single_pitch"), key=("tooth",))
-    given = [name for name in ("removed", "single_pitch") if name in table]
-    require(len(given) == 1, f"{path} must hold one of the columns removed and single_pitch, got {given}; remove one")
+    measured = {"removed": LARGEST_AMOUNT, "single_pitch": LARGEST_AMOUNT}
+    table = read_table(path, columns, optional=measured, key=("tooth",), largest=measured)
+    given = [name for name in measured if name in table]
+    require(len(given) == 1, f"{path} must hold one of the columns removed [um] and single_pitch [um], got {given}")
     teeth, z = table["tooth"], abs(gear.z)
     broken = teeth[teeth % 1 != 0]
-    require(not broken.size, f"{path}: tooth must be whole numbers, got {broken[:1]}")
+    require(not broken.size, f"{path}: tooth must be whole numbers, got {', '.join(f'{x:g}' for x in broken[:1])}")
     first = int(teeth.min())
     require(first in (0, 1), f"{path}: teeth must be numbered from 0 or 1 on, got {first} as the least")
     missing = sorted({*range(first, first + z)} - {*teeth.astype(int).tolist()})
     lacks = f"{path} lacks tooth {', '.join(map(str, missing[:5]))} of the {z} teeth from {first} to {first + z - 1}"
     require(not missing, f"{lacks}; add a line for each")
     further = teeth[teeth >= first + z]
-    require(
-        not further.size, f"{path} holds tooth {further[:1]}, but the gear has {z} teeth from {first} on; remove it"
-    )
+    too_many = f"{path} holds tooth {teeth.max():g}, but the gear has {z} teeth from {first} on; remove it"
+    require(not further.size, too_many)
     values = table[given[0]][np.argsort(teeth)]
     if given[0] == "single_pitch":
         rest = abs(values.sum())
-        closes = f"single pitch deviations must add up to 0 around the gear, got {rest * 1e6:.3g} um in {path}"
+        closes = f"single pitch deviations must add up to 0 around the gear, got {rest / um:.3g} um in {path}"
         require(rest <= LARGEST_CLOSING_ERROR, f"{closes}; check the unit and that all pitches are there")
         values = -np.cumsum(values - values.mean())
         values -= values.mean()
@@ -55,25 +56,32 @@ def pitch_chart(path: FilePath, gear: Gear) -> PitchDeviation:
 
 
 @checked
-def flank_traces(path: FilePath, gear: Gear) -> tuple[OnTooth, ...]:
+def flank_traces(path: FilePath, gear: Gear, *, first: int | None = None) -> tuple[OnTooth, ...]:
     """Profile traces, helix traces or topographies of single teeth, as deviations of these teeth on grids.
 
     path    text file with a line for each point under the header tooth [1], roll [mm], axial [mm], removed [um].
             Without roll they are helix traces, which hold over the whole profile, without axial profile traces, over
             the width. The points of all teeth form one grid; teeth as in `pitch_chart`
+    first   number of the first tooth of the gear in the table, 0 or 1; None: the table holds tooth 0, or the last
+            tooth of a gear whose teeth are numbered from 1 on
 
     Teeth that are not in the table have no such deviations. Raises as `pitch_chart`, and ValueError where a point of
-    the grid is missing.
+    the grid is missing, and where the table does not tell from which number on teeth are counted.
     """
-    axes = {"tooth": "1", "roll": "m", "axial": "m"}
-    lines, values = read_grid(path, axes, {"removed": "m"}, optional=("roll", "axial"))
+    require(first in (None, 0, 1), f"first must be 0 or 1, the number of the first tooth in {path}, got {first}")
+    axes, most = {"tooth": "1", "roll": "m", "axial": "m"}, {"removed": LARGEST_AMOUNT}
+    lines, values = read_grid(path, axes, {"removed": "m"}, optional=("roll", "axial"), largest=most)
     require("tooth" in lines and len(lines) > 1, f"{path} must hold the column tooth, and roll or axial or both")
     teeth, removed, z = lines["tooth"], values["removed"], abs(gear.z)
-    fits = bool((teeth % 1 == 0).all() and teeth[0] >= 0 and teeth[-1] <= z)
-    require(
-        fits, f"{path}: tooth must be whole numbers from 0 or 1 on, of {z} teeth, got {teeth[0]:g} to {teeth[-1]:g}"
-    )
-    first = 1 if teeth[-1] == z else 0
+    if first is None and teeth[0] > 0 and teeth[-1] < z:
+        tells = f"{path} holds neither tooth 0 nor tooth {z}, so that its teeth may count from 0 or from 1 on"
+        raise ValueError(f"{tells}; pass first=0 or first=1, the number of the first tooth")
+    first = (0 if teeth[0] == 0 else 1) if first is None else first
+    fits = bool((teeth % 1 == 0).all() and teeth[0] >= first and teeth[-1] < z + first)
+    numbered = f"{path}: tooth must be whole numbers from {first} to {z + first - 1}, of {z} teeth"
+    require(fits, f"{numbered}, got {', '.join(f'{x:g}' for x in teeth[:5])}{', ...' if teeth.size > 5 else ''}")
+    single = [name for name in ("roll", "axial") if name in lines and lines[name].size < 2]
+    require(not single, f"{path} must hold two points or more of a trace, got one value of {single}; leave it out")
     roll = lines.get("roll", np.array([gear.roll_form, gear.roll_tip]))
     axial = lines.get("axial", np.array([-gear.b / 2, gear.b / 2]))
     if "roll" not in lines:
@@ -81,7 +89,7 @@ def flank_traces(path: FilePath, gear: Gear) -> tuple[OnTooth, ...]:
     if "axial" not in lines:
         removed = np.broadcast_to(removed[:, :, None], (teeth.size, roll.size, 2))
     return tuple(
-        OnTooth(int(tooth) - first, (Grid(tuple(roll), tuple(axial), tuple(map(tuple, of_tooth.tolist()))),))
+        OnTooth(int(tooth) - first, (Grid(roll, axial, of_tooth),))
         for tooth, of_tooth in zip(teeth, removed, strict=True)
     )
 

@@ -11,7 +11,7 @@ from math import pi
 
 import numpy as np
 
-from fem.microgeometry.modification import FlankExtent, Modification, check_amount, check_within
+from fem.microgeometry.modification import LARGEST_AMOUNT, FlankExtent, Modification, check_amount, check_within
 from fem.support.arguments import FilePath, Finite, Numbers, checked
 from fem.support.representation import short
 from fem.support.tables import read_grid
@@ -335,7 +335,8 @@ class Grid:
         Raises FileNotFoundError, and ValueError for a unit that is missing or unknown, NaN, points that are missing or
         given twice, with the line of the file, and as the class.
         """
-        axes, values = read_grid(path, {"roll": "m", "axial": "m"}, {"removed": "m"})
+        largest = {"removed": LARGEST_AMOUNT}
+        axes, values = read_grid(path, {"roll": "m", "axial": "m"}, {"removed": "m"}, largest=largest)
         roll, axial = (tuple(lines.tolist()) for lines in axes.values())
         return cls(roll, axial, tuple(map(tuple, values["removed"].tolist())))
 

@@ -21,6 +21,9 @@ from fem.support.representation import short
 from fem.support.validation import as_floats
 from fem.units import mm
 
+#: Largest amount of material that a modification or deviation adds or removes [m].
+LARGEST_AMOUNT = 1 * mm
+
 
 class FlankExtent(NamedTuple):
     """Extent of the flank of a tooth; of an internal gear with the signs of `fem.gear.gear`.
@@ -76,7 +79,7 @@ def check_within(name: str, value: float, low: float, high: float, unit: str) ->
 
 def check_amount(name: str, value: float) -> None:
     """ValueError unless an amount of material lies within 1 mm."""
-    check_within(name, value, -1 * mm, 1 * mm, "m (pass metres: 15*um)")
+    check_within(name, value, -LARGEST_AMOUNT, LARGEST_AMOUNT, "m (pass metres: 15*um)")
 
 
 def _check_relief(name: str, amount: float, length: float, power: float) -> None:

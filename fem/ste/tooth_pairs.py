@@ -10,7 +10,8 @@ coupling c of two tooth pairs by the bodies of their gears, and the pitch deviat
 pitch point on; the tooth pair with the number k is at s = phase + k. What single teeth have beside a pitch deviation
 changes h of their tooth pairs by an increment, solved with this tooth against a tooth of the mate without deviations,
 and moves their load along the face: its moment couples with the loads of the neighbours, too. Where few teeth of either
-gear have it, as spalls, what the tooth pairs of both have beside the sum of increments is solved as well.
+gear have it, or where it is far larger on few, as spalls are, what the tooth pairs of both have beside the sum of
+increments is solved as well.
 """
 
 from collections.abc import Sequence
@@ -42,7 +43,6 @@ from fem.support.arguments import Finite, checked
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar, shown
 from fem.support.representation import exact
-from fem.support.user_warning import warn_user
 from fem.support.validation import require
 
 #: Loads of single tooth pairs over the largest mesh force: a tooth that stands proud carries all of it, a coupled one
@@ -66,8 +66,9 @@ SHORTEST_PART = 0.004
 FURTHEST_GAP = 1e-3
 #: Steps in a pitch at which increments are given.
 INCREMENT_STEPS = 64
-#: Tooth pairs of which both teeth have increments, up to which they are solved as such.
-MOST_MEETING = 64
+#: Tooth pairs of which both teeth have increments, up to which they are solved as such; of more those alone that depend
+#: on the load this many times as much as all others.
+MOST_MEETING, STANDS_OUT = 64, 2.0
 #: Pitch deviation of a tooth that is missing [m], and material removed from it.
 MISSING = 0.5e-3
 POSITION, DISTANCE, INCREMENT_TORQUE = "position", "distance", "increment_torque"
@@ -160,12 +161,13 @@ def tooth_pair_map(
                     over the teeth: number of the increment; -1: none
     meeting_increment, meeting_moment
                     over (meeting, ...): what tooth pairs of which both teeth have increments have beside their sum
-    meeting_of      over (pinion_variant, wheel_variant): its number; -1: the sum is taken, as where more than 64
-                    meet, of which a warning tells
+    meeting_of      over (pinion_variant, wheel_variant): its number; -1: the sum is taken. Where more than 64 meet,
+                    those are solved whose increments depend on the load far more than the others', as spalls do
     moment_coupling over (moment_of, distance, position): transmission error of a tooth pair by a moment of the load on
                     that further ahead, of that by a moment of the former [1/N], and of moment by moment [rad/(N m)]
 
-    te_check        over (torque_check, phase_check): transmission error [m] of the whole contact
+    te_check        over (torque_check, phase_check): transmission error [m] of the whole contact; te_alike: of flanks
+                    without what single teeth have
 
     position        of the tooth pair on the path of contact, in pitches from the pitch point
     parts           attribute: positions of the ends of the path and of kinks, between which te is smooth
@@ -199,10 +201,15 @@ def tooth_pair_map(
         solver = IncrementSolver(nominal, parts, executor, {})
         increments = [_increments(solver, pair, number) for number in range(2)]
         meeting = _meeting(solver, pair, increments)
-        whole = _whole_contacts(replace(nominal, model=model, forces=force * CHECKED_LOADS), checks, increments)
+        checked_phase = _checked_phases(pair, checks, increments)
+        whole = [
+            _whole_contacts(replace(nominal, model=each, forces=force * CHECKED_LOADS), checked_phase)
+            for each in (model, nominal.model)
+        ]
     data = _labelled(pair, nominal, axes, parts, position, states, coupling, increments, meeting)
-    data["te_check"] = ("torque_check", "phase_check"), whole[1], {"units": "m"}
-    return data.assign_coords(torque_check=largest * CHECKED_LOADS, phase_check=whole[0])
+    for name, te in zip(("te_check", "te_alike"), whole, strict=True):
+        data[name] = ("torque_check", "phase_check"), te, {"units": "m"}
+    return data.assign_coords(torque_check=largest * CHECKED_LOADS, phase_check=checked_phase)
 
 
 def _check_missing(pair: GearPair, reach: float) -> None:
@@ -217,10 +224,9 @@ def _check_missing(pair: GearPair, reach: float) -> None:
     require(gap <= reach, f"{far}, but touch over {reach:.3g}; the gears do not run on like this")
 
 
-def _whole_contacts(single: SinglePair, checks: int, increments: list["Increments"]) -> tuple[np.ndarray, np.ndarray]:
-    """Random phases (n,) of the period, and te (n_load, n) [m] of the contact of all tooth pairs."""
+def _checked_phases(pair: GearPair, checks: int, increments: list["Increments"]) -> np.ndarray:
+    """Random phases (n,) of the period, half of them where the few teeth with increments are in mesh."""
     require(checks >= 0, f"checks must be a number of phases >= 0, got {checks}")
-    pair = single.model.pair
     z, random = (pair.pinion.z, abs(pair.wheel.z)), np.random.default_rng(0)
     period = lcm(*z)
     phase = random.uniform(0, period, checks)
@@ -234,12 +240,16 @@ def _whole_contacts(single: SinglePair, checks: int, increments: list["Increment
         for i in range(checks // 2):
             tooth, n = near[i % len(near)]
             phase[i] = (tooth + n * random.integers(period // n) + random.uniform(-0.6, 0.6)) % period
-    phase = np.sort(phase)
+    return np.sort(phase)
+
+
+def _whole_contacts(single: SinglePair, phase: np.ndarray) -> np.ndarray:
+    """(n_load, n) te [m] of the contact of all tooth pairs at phases (n,)."""
     a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
-    te = np.zeros((single.forces.size, checks))
+    te = np.zeros((single.forces.size, phase.size))
     for i, at in enumerate(phase):
-        te[:, i] = single.of(MeshPosition(pair, a, axial, float(at)))[0, :, 0]
-    return phase, te
+        te[:, i] = single.of(MeshPosition(single.model.pair, a, axial, float(at)))[0, :, 0]
+    return te
 
 
 def _pitch(gear: Gear) -> np.ndarray:
@@ -453,10 +463,7 @@ def _stacked(solver: IncrementSolver, values: list[np.ndarray]) -> np.ndarray:
 
 
 def _meeting(solver: IncrementSolver, pair: GearPair, increments: list[Increments]) -> tuple[np.ndarray, np.ndarray]:
-    """What tooth pairs of which both teeth have increments have beside their sum, and its number (n_1, n_2).
-
-    None where they are many, or never meet.
-    """
+    """What tooth pairs of which both teeth have increments have beside their sum, and its number (n_1, n_2)."""
     pinion, wheel = increments
     number = np.full((len(pinion.flanks), len(wheel.flanks)), -1)
     values: list[np.ndarray] = []
@@ -469,18 +476,30 @@ def _meeting(solver: IncrementSolver, pair: GearPair, increments: list[Increment
             (np.flatnonzero(pinion.variant_of == i)[:, None] + np.flatnonzero(wheel.variant_of == j)) % apart == 0
         )
     ]
-    if len(meeting) > MOST_MEETING:
-        warn_user(
-            f"{len(meeting)} pairs of unlike teeth meet, more than {MOST_MEETING}: what both add beside the sum of "
-            "theirs is left out; where both are large, as spalls are, let fewer teeth differ, or compute "
-            "the map of all pitches"
-        )
-        return number, _stacked(solver, [])
-    for n, (i, j) in enumerate(meeting):
+    for n, (i, j) in enumerate(_standing_out(meeting, solver, increments)):
         both = solver.of((pinion.flanks[i], wheel.flanks[j]), f"increments {i} and {j} of both gears")
         values.append(both - pinion.values[:, i] - wheel.values[:, j])
         number[i, j] = n
     return number, _stacked(solver, values)
+
+
+def _standing_out(
+    meeting: list[tuple[int, int]], solver: IncrementSolver, increments: list[Increments]
+) -> list[tuple[int, int]]:
+    """The tooth pairs that meet; of more than 64 those whose increments depend on the load more than all others.
+
+    A deviation that turns the tooth alike under all loads adds to any other. The part of both teeth that depends on
+    the load is that of the tooth where it is less.
+    """
+    if len(meeting) <= MOST_MEETING:
+        return meeting
+    on_path = (solver.position >= solver.parts[1]) & (solver.position <= solver.parts[-2])
+    of_gears = [np.ptp(x.values[0][..., on_path], axis=-2).reshape(len(x.flanks), -1).max(axis=1) for x in increments]
+    dependent = np.array([min(of_gears[0][i], of_gears[1][j]) for i, j in meeting])
+    order = np.argsort(-dependent, kind="stable")[: MOST_MEETING + 1]
+    falls = dependent[order[:-1]] / np.maximum(dependent[order[1:]], 1e-12)
+    count = int(falls.argmax()) + 1 if falls.max() > STANDS_OUT else 0
+    return [meeting[k] for k in order[:count]]
 
 
 def _labelled(pair, nominal, axes, parts, position, states, coupling, increments, meeting) -> xr.Dataset:

@@ -4,16 +4,17 @@
     torque [N m], phase [1], te [um]
     0,            0.00,      0.12
 
-Columns stand in any order, separated by commas, semicolons, tabs or blanks. A unit that is missing, unknown or of
-another quantity, a missing or a further column, a second header, text, NaN, and points that are given twice are refused
-with the line.
+Columns stand in any order, separated by commas, semicolons, tabs or blanks; quotation marks are dropped. Numbers have a
+decimal point. A unit that is missing, unknown or of another quantity, a missing or a further column, a second header,
+text, NaN, decimal commas, and points that are given twice are refused with the line.
 """
 
 import re
 from collections.abc import Iterable, Mapping
 from errno import ENOENT
-from math import isfinite, pi
+from math import inf, isfinite, pi
 from pathlib import Path
+from unicodedata import normalize
 
 import numpy as np
 
@@ -33,37 +34,48 @@ UNITS = {
     "Pa": {"Pa": 1.0, "MPa": 1e6, "N/mm^2": 1e6, "GPa": 1e9},
     "kg": {"kg": 1.0, "g": 1e-3},
 }
+FACTORS = {unit: factor for units in UNITS.values() for unit, factor in units.items()}
 #: A column of a header: its name, and its unit in brackets.
 COLUMN = re.compile(r"([^\[\],;]+?)\s*\[([^\[\]]*)\]")
-SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
+#: What separates the numbers of a line, by what separates the columns of its header, the first that there is.
+SEPARATORS = {";": re.compile(r"\s*;\s*"), ",": re.compile(r"\s*,\s*|\s+"), "": re.compile(r"\s+")}
 Columns = dict[str, np.ndarray]
 
 
-def read_table(path, units: Mapping[str, str], *, optional: Iterable[str] = (), key: Iterable[str] = ()) -> Columns:
+def read_table(
+    path,
+    units: Mapping[str, str],
+    *,
+    optional: Iterable[str] = (),
+    key: Iterable[str] = (),
+    largest: Mapping[str, float] | None = None,
+) -> Columns:
     """Columns (n,) of a text file in SI units, by name, in the order of `units`.
 
     units      SI unit of each column, by name
     optional   columns that may be missing
     key        columns, of those that are there, that together tell a row from all others
+    largest    largest magnitude of the values of a column [SI], by name
 
     Raises FileNotFoundError, and ValueError with the number of the line for all that the module refuses.
     """
-    header = ", ".join(f"{name} [{unit}]" for name, unit in units.items() if name not in optional)
-    factors: dict[str, float] = {}
+    header = _header(units, optional)
+    columns: dict[str, str] = {}
+    separator = SEPARATORS[""]
     rows: dict[int, list[float]] = {}
-    for number, line in enumerate(_text(path).splitlines(), start=1):
-        where = f"line {number} of {path}"
-        if not factors and "[" in line:
-            factors = _factors(line.strip("# \t"), where, units)
-            missing = [name for name in units if name not in factors and name not in optional]
+    for number, line in enumerate(_text(path).replace('"', "").splitlines(), start=1):
+        where, is_remark = f"line {number} of {path}", line.lstrip().startswith("#")
+        if not columns and "[" in line and not (is_remark and _is_other(line, units)):
+            columns, separator = _columns(line.strip("# \t"), where, units)
+            missing = [name for name in units if name not in columns and name not in optional]
             require(not missing, f"{where} lacks the columns {missing}; the header must hold: {header}")
-        elif COLUMN.search(line) and not line.lstrip().startswith("#"):
-            raise ValueError(f"{where} is a second header; give each table a file of its own")
-        elif line.strip() and not line.lstrip().startswith("#"):
-            second = f"{where} is a second header; keep one table in a file, remarks begin with #"
+        elif line.strip() and not is_remark:
+            second = f"{where} is a second header; give each table a file of its own, begin remarks with #"
             require("[" not in line, second)
-            require(bool(factors), f"{where} comes before a header with units; begin with: {header}")
-            rows[number] = _values(line.strip(), list(factors), where)
+            early = f"{where} comes before a header with units; begin with: {header}; remarks begin with #"
+            require(bool(columns), early)
+            rows[number] = _values(line.strip(), columns, separator, where, largest or {})
+    factors = {name: UNITS[units[name]][unit] for name, unit in columns.items()}
     require(bool(factors), f"{path} has no header with units; begin with: {header}")
     require(bool(rows), f"{path} holds no values below its header; add a line for each point")
     table = dict(zip(factors, (np.array(list(rows.values())) * list(factors.values())).T, strict=True))
@@ -72,24 +84,31 @@ def read_table(path, units: Mapping[str, str], *, optional: Iterable[str] = (), 
 
 
 def read_grid(
-    path, axes: Mapping[str, str], values: Mapping[str, str], *, optional: Iterable[str] = ()
+    path,
+    axes: Mapping[str, str],
+    values: Mapping[str, str],
+    *,
+    optional: Iterable[str] = (),
+    largest: Mapping[str, float] | None = None,
 ) -> tuple[Columns, Columns]:
     """Axes, increasing, and values over them, of a table with a line for each point of a grid, in SI units.
 
     axes       SI unit of each axis, by name, in the order of the values' dimensions
     values     SI unit of each quantity over the axes
     optional   axes that may be missing
+    largest    as for `read_table`
 
     Raises as `read_table`, and ValueError where a point of the grid is missing.
     """
-    table = read_table(path, {**axes, **values}, optional=optional, key=axes)
+    table = read_table(path, {**axes, **values}, optional=optional, key=axes, largest=largest)
     names = [name for name in axes if name in table]
     lines, index = zip(*(np.unique(table[name], return_inverse=True) for name in names), strict=True)
     given = np.zeros([line.size for line in lines], bool)
     given[index] = True
     if not given.all():
         first = np.argwhere(~given)[0]
-        point = ", ".join(f"{name} {line[i]:g} {axes[name]}" for name, line, i in zip(names, lines, first, strict=True))
+        at = [f"{name} {line[i]:g} {axes[name]}" for name, line, i in zip(names, lines, first, strict=True)]
+        point = ", ".join(words.removesuffix(" 1") for words in at)
         size = " x ".join(map(str, given.shape))
         raise ValueError(f"{path} lacks {(~given).sum()} of {size} points of its grid; add a line for {point}")
     grids = {name: np.empty(given.shape) for name in values}
@@ -105,13 +124,28 @@ def _text(path) -> str:
     try:
         return Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path} is no text in UTF-8 ({error.reason}); save it as text, CSV for example") from None
+        raise ValueError(f"{path} is no text in UTF-8 ({error.reason}); save it as CSV in UTF-8") from None
 
 
-def _factors(header: str, where: str, units: Mapping[str, str]) -> dict[str, float]:
-    """Factor to SI units of each column of a header, by name, in its order."""
+def _header(units: Mapping[str, str], optional: Iterable[str]) -> str:
+    """The header that a table must have, in words."""
+    needed: list[str] = []
+    further: list[str] = []
+    for name, unit in units.items():
+        (further if name in optional else needed).append(f"{name} [{unit}]")
+    return ", ".join(needed) + (f"; columns that may follow: {', '.join(further)}" if further else "")
+
+
+def _is_other(remark: str, units: Mapping[str, str]) -> bool:
+    """Whether a remark with brackets names no column, and so is no header."""
+    return not any(name.strip("# \t") in units for name, _ in COLUMN.findall(remark))
+
+
+def _columns(header: str, where: str, units: Mapping[str, str]) -> tuple[dict[str, str], re.Pattern]:
+    """Unit of each column of a header, by name, in its order; what separates the numbers below it."""
     columns = [(name.strip(), unit.strip()) for name, unit in COLUMN.findall(header)]
-    bare = COLUMN.sub("", header).strip(" \t,;")
+    rest = COLUMN.sub("", header)
+    bare = rest.strip(" \t,;")
     require(not bare, f"{where} gives {bare!r} no unit; write it in brackets: torque [N m], phase [1], te [um]")
     names = [name for name, _ in columns]
     require(len(set(names)) == len(names), f"{where} names a column twice, got {names}; rename or remove one")
@@ -119,22 +153,31 @@ def _factors(header: str, where: str, units: Mapping[str, str]) -> dict[str, flo
     require(not unknown, f"{where} has the columns {unknown}, but may have {list(units)}; rename or remove them")
     for name, unit in columns:
         known = UNITS[units[name]]
-        require(unit in known, f"{where} gives {name} in [{unit}], which must be one of {list(known)}; convert it")
-    return {name: UNITS[units[name]][unit] for name, unit in columns}
+        listed = [x for x in known if normalize("NFKC", x) == x]  # both signs of a micrometre look alike
+        require(unit in known, f"{where} gives {name} in [{unit}], which must be one of {listed}; convert it")
+    return dict(columns), next(pattern for mark, pattern in SEPARATORS.items() if mark in rest)
 
 
-def _values(line: str, names: list[str], where: str) -> list[float]:
-    """The numbers of a line."""
-    cells = SEPARATOR.split(line.rstrip(",; \t"))
+def _values(
+    line: str, columns: Mapping[str, str], separator: re.Pattern, where: str, largest: Mapping[str, float]
+) -> list[float]:
+    """The numbers of a line, in the units of its columns."""
+    cells = (SEPARATORS[";"] if ";" in line else separator).split(line.rstrip(",; \t"))
+    names = list(columns)
+    point = "; write numbers with a decimal point" if "," in line and len(cells) > len(names) else ""
     require(
-        len(cells) == len(names), f"{where} holds {len(cells)} values for {len(names)} columns {names}, got {line!r}"
+        len(cells) == len(names),
+        f"{where} holds {len(cells)} values for {len(names)} columns {names}, got {line!r}{point}",
     )
-    for name, cell in zip(names, cells, strict=True):
+    for (name, unit), cell in zip(columns.items(), cells, strict=True):
         try:
-            is_finite = isfinite(float(cell))
+            value = float(cell)
         except ValueError:
             raise ValueError(f"{where} holds {cell!r} for {name}; write numbers with a decimal point") from None
-        require(is_finite, f"{where} holds {cell} for {name}, which must be finite; complete or remove the line")
+        require(isfinite(value), f"{where} holds {cell} for {name}, which must be finite; complete or remove the line")
+        most = largest.get(name, inf) / FACTORS[unit]
+        beyond = f"{where} holds {cell} {unit} for {name}, which must lie within {most:g} {unit}"
+        require(abs(value) <= most, f"{beyond}; correct the value, or the unit in the header")
     return list(map(float, cells))
 
 

@@ -381,9 +381,22 @@ def test_offsets_of_a_law_without_their_axis_are_told_with_the_map_to_compute():
 
 
 @pytest.mark.slow
-def test_more_pairs_of_unlike_teeth_than_64_are_told():
-    """72 of them: beside each other their reliefs add up."""
-    flanks = ([fem.OnTooth(i, fem.TipRelief((5 + i) * um, 1 * mm)) for i in range(n)] for n in (9, 8))
-    with pytest.warns(UserWarning, match="72 pairs of unlike teeth meet, more than 64.*map of all pitches"):
-        pairs = pairs_of(small_pair(*map(tuple, flanks)), 20.0, checks=0)
-    assert pairs.sizes["meeting"] == 0
+def test_spalls_among_more_than_64_pairs_of_unlike_teeth_are_solved():
+    """72 pairs meet. Profiles of some micrometres add up; where two spalls meet they do not, as without the rest."""
+    spalls = [fem.Spall(d=d * mm, height=2 * mm, width=8 * mm) for d in (37.5, 40.5)]
+    profiles = ([fem.OnTooth(i, fem.ProfileCrowning((2 + 0.2 * i) * um)) for i in range(1, n)] for n in (9, 8))
+    few = [(fem.OnTooth(0, spall),) for spall in spalls]
+    many = [(*spall, *others) for spall, others in zip(few, profiles, strict=True)]
+    alone, pairs = (pairs_of(small_pair(*flanks), 20.0, checks=4) for flanks in (few, many))
+    assert pairs.sizes["pinion_variant"] * pairs.sizes["wheel_variant"] == 72
+    assert pairs.sizes["meeting"] == 1 and pairs["meeting_of"].values[0, 0] == 0
+    assert pairs["meeting_increment"].values == pytest.approx(alone["meeting_increment"].values, abs=1e-12)
+    law = MeshForce.from_tooth_pairs(pairs, backlash=0.3 * mm)
+    assert law.teeth.error_rms < 0.05 * law.teeth.added_rms
+
+
+def test_a_law_that_errs_by_much_of_what_deviations_add_is_told():
+    pairs = pairs_of(small_pair(random_pitch(12, 1)), checks=3)
+    false = pairs.assign(te_check=pairs["te_check"] + 0.5 * um)
+    with pytest.warns(UserWarning, match=r"errs by 0.49 um rms where deviations add .* um, in 9 states.*map of all"):
+        MeshForce.from_tooth_pairs(false, backlash=0.3 * mm)

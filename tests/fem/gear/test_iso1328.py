@@ -117,7 +117,8 @@ def test_pitch_charts_hold_what_is_removed_or_single_pitches(tmp_path):
         ("tooth [1], removed [um]\n0, 1\n1, nan", "line 3 of .* holds nan for removed, which must be finite"),
         ("tooth [1], removed [um]\n0, 1\ntooth [1], removed [um]\n1, 1", "line 3 of .* is a second header"),
         ("tooth [1], removed [um]\n0, 1\n0, 1", "lines 2 and 3 of .* give the same point"),
-        ("tooth [1]\n0", "must hold one of the columns removed and single_pitch"),
+        ("tooth [1]\n0", r"must hold one of the columns removed \[um\] and single_pitch \[um\], got \[\]"),
+        ("tooth [1], removed [mm]\n0, 0\n1, 3", "line 3 of .* holds 3 mm for removed, .* within 1 mm; correct .* unit"),
     ],
 )
 def test_charts_with_mistakes_are_refused_with_line_and_remedy(tmp_path, text, message):
@@ -135,7 +136,7 @@ def test_traces_and_topographies_become_deviations_of_their_teeth(tmp_path):
     given = gear()
     low, high = (1e3 * x for x in (given.roll_form, given.roll_tip))
     profile = f"tooth [1], roll [mm], removed [um]\n3, {low}, 0\n3, {high}, 8\n7, {low}, 0\n7, {high}, 4\n"
-    parts = fem.flank_traces(written(tmp_path / "p.csv", profile), given)
+    parts = fem.flank_traces(written(tmp_path / "p.csv", profile), given, first=0)
     assert [part.tooth for part in parts] == [3, 7]
     tip = parts[0].removed(given.face._replace(tooth=3), np.array(given.roll_tip), np.array([-0.2, 0.2]))
     assert tip == pytest.approx([8 * um, 8 * um])
@@ -143,5 +144,21 @@ def test_traces_and_topographies_become_deviations_of_their_teeth(tmp_path):
     helix = "tooth [1], axial [mm], removed [um]\n0, -200, -2\n0, 200, 2\n"
     (part,) = fem.flank_traces(written(tmp_path / "h.csv", helix), given)
     assert part.removed(given.face, np.array(given.roll_form), np.array(0.1)) == pytest.approx(1 * um)
-    with pytest.raises(ValueError, match="must hold the column tooth, and roll or axial"):
-        fem.flank_traces(written(tmp_path / "x.csv", "tooth [1], removed [um]\n0, 1"), given)
+    from_one = f"tooth [1], roll [mm], removed [um]\n18, {low}, 0\n18, {high}, 8\n"
+    assert [part.tooth for part in fem.flank_traces(written(tmp_path / "l.csv", from_one), given)] == [17]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("tooth [1], removed [um]\n0, 1", "must hold the column tooth, and roll or axial"),
+        ("tooth [1], axial [mm], removed [um]\n3, -9, 0\n3, 9, 1", "neither tooth 0 nor tooth 18.*; pass first=0"),
+        ("tooth [1], axial [mm], removed [um]\n0, -9, 0\n0, 9, 1\n18, -9, 0\n18, 9, 1", "from 0 to 17, of 18 teeth"),
+        ("tooth [1], axial [mm], removed [um]\n0, 3, 0", r"two points or more of a trace, got one value of .'axial'"),
+        ("tooth [1], axial [mm], removed [mm]\n0, -9, 0\n0, 9, 4", "line 3 .* 4 mm for removed, .* within 1 mm"),
+        ("tooth [1]; axial [mm]; removed [um]\n0; -9; 0,5", "line 2 .* holds '0,5' for removed; .* decimal point"),
+    ],
+)
+def test_traces_with_mistakes_are_refused_with_line_and_remedy(tmp_path, text, message):
+    with pytest.raises(ValueError, match=message):
+        fem.flank_traces(written(tmp_path / "x.csv", text), gear())

@@ -35,6 +35,12 @@ def test_a_header_may_be_a_remark_and_the_text_may_begin_with_a_byte_order_mark(
     assert "torque" not in table
 
 
+def test_remarks_with_brackets_are_no_headers_and_quotation_marks_are_dropped(tmp_path):
+    path = written(tmp_path, '# rig 7 [left flank]\n"speed [rpm]","torque [N m]"\n"60","90"\n# [end]\n')
+    table = read_table(path, {"speed": "rad/s", "torque": "N m"})
+    assert table["speed"] == pytest.approx(60 * rpm) and table["torque"] == pytest.approx(90)
+
+
 def test_a_grid_is_sorted_whatever_the_order_of_its_lines(tmp_path):
     torque, phase = np.meshgrid([0.0, 10.0, 20.0], [0.0, 0.25, 0.5], indexing="ij")
     te = torque + 1 + phase
@@ -57,12 +63,15 @@ REFUSED = {
     HEADER.replace("\n", ", speed [rpm]\n") + "0 0 0 0": r"has the columns \['speed'\], but may have .*; rename",
     "te [m], torque [N m], phase [1], te [um]\n0 0 0 0": "names a column twice",
     HEADER + "0, 0, 0\n1, 0\n": "line 3 of .* holds 2 values for 3 columns",
-    HEADER + "0, 0, 0\n\n0,5; 0,1; 1,0\n": "line 4 of .* holds 6 values",
+    HEADER + "0, 0, 0\n\n0,5; 0,1; 1,0\n": "line 4 of .* holds '0,5' for torque; write numbers with a decimal point",
+    HEADER + "0,5, 0,1, 1,0\n": "line 2 of .* holds 6 values for 3 columns .*; write numbers with a decimal point",
+    HEADER.replace(", ", ";") + "0;1,5;\n": "line 2 of .* holds 2 values for 3 columns",
+    HEADER.replace(", ", "\t") + "0\t1,5\t\n": "line 2 of .* holds 2 values for 3 columns",
     HEADER + "0, 0, 0\n1, 0, nan\n": "line 3 of .* holds nan for te, which must be finite; complete or remove",
     HEADER + "0, 0, x\n": "line 2 of .* holds 'x' for te; write numbers",
     HEADER + "0,, 1\n": "line 2 of .* holds '' for phase",
     HEADER + "0, 0, 0\n1, 0, 0\n0.0, 0, 5\n": "lines 2 and 4 of .* give the same point; remove one",
-    HEADER + "0, 0, 0\n1, 0.5, 0\n1, 0, 0\n": "lacks 1 of 2 x 2 points of its grid; add .* torque 0 N m, phase 0.5 1",
+    HEADER + "0, 0, 0\n1, 0.5, 0\n1, 0, 0\n": "lacks 1 of 2 x 2 points of its grid; add .* torque 0 N m, phase 0.5$",
 }  # fmt: skip
 
 
