@@ -89,7 +89,7 @@ def flank_traces(path: FilePath, gear: Gear, *, first: int | None = None) -> tup
     if "axial" not in lines:
         removed = np.broadcast_to(removed[:, :, None], (teeth.size, roll.size, 2))
     return tuple(
-        OnTooth(int(tooth) - first, (Grid(roll, axial, of_tooth),))
+        OnTooth(int(tooth) - first, (Grid(tuple(roll), tuple(axial), tuple(map(tuple, of_tooth.tolist()))),))
         for tooth, of_tooth in zip(teeth, removed, strict=True)
     )
 

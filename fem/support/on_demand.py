@@ -35,7 +35,7 @@ def on_demand(returns, *arguments) -> Callable[[Callable], Any]:
     """
 
     def decorate(function):
-        dispatcher = function if isinstance(function, Dispatcher) else kept(function)
+        dispatcher: Any = function if isinstance(function, Dispatcher) else kept(function)
         name = f"address_of.{function.__module__}.{function.__qualname__}"
 
         def address() -> int:

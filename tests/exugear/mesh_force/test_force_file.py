@@ -1,5 +1,7 @@
 """Force laws in files, and laws from tables of other programs."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,6 +15,7 @@ from exugear import MeshForce
 from fem.units import mm, um
 
 
+@cache
 def laws() -> dict[str, MeshForce]:
     """Laws with the least and with the most of fields."""
     both = MeshForce.from_ste(both_sides(TILTS), damping=2700.0, backlash=40 * um, extend=1.5)
@@ -20,7 +23,7 @@ def laws() -> dict[str, MeshForce]:
     return {"linear": linear_law(), "map": map_, "coast": both, "fixed": both.at(misalignment=1e-5)}
 
 
-@pytest.mark.parametrize("name", laws())
+@pytest.mark.parametrize("name", ["linear", "map", "coast", "fixed"])
 def test_a_law_is_read_back_to_the_last_bit(tmp_path, name):
     law = laws()[name]
     again = MeshForce.load(law.save(tmp_path / "law.nc"))

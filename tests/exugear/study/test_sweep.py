@@ -267,6 +267,8 @@ def test_bad_sweeps_are_refused_before_they_begin():
         quiet_sweep(lambda x: {"y": np.ones(3)}, [{"x": 1}])
     with pytest.raises(exugear.SweepStopped, match="names of the case"):
         quiet_sweep(lambda x: {"x": 1.0}, [{"x": 1}])
+    with ProcessPoolExecutor(1) as pool, pytest.raises(ValueError, match="define it at the top of a module"):
+        quiet_sweep(lambda x: x, [{"x": 1}], executor=pool)
 
 
 @pytest.mark.slow
