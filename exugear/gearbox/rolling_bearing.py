@@ -604,7 +604,7 @@ def _check_elements(Z: int, D_w: float, D_pw: float, E: float, nu: float) -> Non
     require(D_w < 0.6 * D_pw, f"D_w must be below 0.6 D_pw, got {D_w / mm:g} and D_pw = {D_pw / mm:g} mm")
     fits = D_pw * sin(pi / Z)
     crowd = f"Z = {Z} elements of D_w = {D_w / mm:g} mm overlap on D_pw = {D_pw / mm:g} mm"
-    require(fits > 0.999 * D_w, f"{crowd}: at most {int(pi / np.arcsin(D_w / D_pw))} fit")
+    require(fits > 0.999 * D_w, f"{crowd}: at most {int(pi / np.arcsin(D_w / D_pw))} fit; take fewer or smaller ones")
     require(1e9 < E < 1e12, f"E must lie in (1e9, 1e12) Pa, got {E:g}; 210 GPa are 210e9")
     require(0 <= nu < 0.5, f"nu must lie in [0, 0.5), got {nu}")
 
