@@ -16,7 +16,8 @@ so that dF/dy = sum k_p r_p with (1 + (E'' + i') k) r = 1, and dV/dphase is the 
 dU_p/ds - sum of the work of di_p/ds - dE/ds (`fem.ste.tooth_pairs`).
 
 In a call s does not change: range, nodes and increments are interpolated over it once (`PAIR`), and Newton's method
-evaluates polynomials over the load alone. That takes a third of the time of whole potentials in each iteration.
+evaluates polynomials over the load alone. That takes a third of the time of whole potentials in each iteration. Two
+tooth pairs of spur gears without increments need only one iteration, of whole potentials (`of_two`).
 """
 
 from math import ceil, floor, inf, nan, sqrt
