@@ -16,10 +16,11 @@ so that dF/dy = sum k_p r_p with (1 + (E'' + i') k) r = 1, and dV/dphase is the 
 dU_p/ds - sum of the work of di_p/ds - dE/ds (`fem.ste.tooth_pairs`).
 
 In a call s does not change: range, nodes and increments are interpolated over it once (`PAIR`), and Newton's method
-evaluates polynomials over the load alone. That takes a third of the time of whole potentials in each iteration.
+evaluates polynomials over the load alone. That takes a third of the time of whole potentials in each iteration. Two
+tooth pairs of spur gears without increments need only one iteration, of whole potentials (`of_two`).
 """
 
-from math import ceil, floor, inf, nan
+from math import ceil, floor, inf, nan, sqrt
 
 from numba import carray, from_dtype, types
 
@@ -48,14 +49,15 @@ from exugear.mesh_force.patches import (
     Range,
     along_phase,
     load_cell,
+    node,
     nodes_of,
-    phase_cell,
+    patch,
     quintic,
     range_of,
     table_behind,
 )
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
-from fem.support.numba_cache import compiled
+from fem.support.numba_cache import compiled, unchecked
 from fem.support.on_demand import on_demand
 
 #: Most tooth pairs that may touch at a time.
@@ -87,6 +89,8 @@ PAIR = record_type(
 #: Newton's method ends where a step is this share of the deflection of each tooth pair, of which the square is left: a
 #: last step then changes the loads linearly.
 SMALL, STEPS = 0.1, 40
+#: Share of the penetration over which loads of two tooth pairs without increments change linearly to 1e-9.
+LINEAR = 3e-4
 #: Whole steps, which all but some states of light loads and unlike leads converge in; the others change between two
 #: states for ever, and take smaller and smaller shares from then on.
 WHOLE = 8.0
@@ -152,7 +156,7 @@ def phase_of(table, cell: Cell):
     return (cell.low + cell.share) / table.steps_in_pitch
 
 
-@compiled
+@unchecked
 def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
     """Write position, range and deflections of all tooth pairs that touch at a deflection of the mesh.
 
@@ -168,7 +172,9 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
         if teeth.first <= s <= teeth.last:
             pair = pairs[n]
             pair.s, pair.free = s, deflection - (d_1 + d_2)
-            write_cell(single, block, phase_cell(single, s - teeth.first), pair)
+            at = (s - teeth.first) * single.steps_in_pitch
+            step = int(at)
+            write_cell(single, block, Cell(step, step + 1, at - step), pair)
             pair.varies, pair.further, pair.further_slope = 0, 0.0, 0.0
             if teeth.in_block > 0:
                 write_variants(teeth, block, tooth_1, tooth_2, pair)
@@ -256,6 +262,8 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
         raise ValueError(deflection, end, nan, nan, table.side)
     if n == 1 and pairs[0].varies == 0:
         return alone(single, block, pairs[0], lever, penetration)
+    if n == 2 and single.has_centroid == 0 and pairs[0].varies + pairs[1].varies == 0:
+        return of_two(teeth, single, block, pairs[0], pairs[1], penetration, largest_force)
     solve(teeth, single, block, lever, n, pairs)
     return summed(teeth, single, block, lever, n, penetration, largest_force, pairs)
 
@@ -280,6 +288,86 @@ def alone(single, block, pair, lever, penetration):
     return Potential(
         u.energy, penetration, u.force, u.stiffness, u.force_by_phase, u.by_phase, u.by_lever, u.largest_force
     )
+
+
+@compiled(forceinline=True)
+def of_two(teeth, single, block, a, b, penetration, largest_force):
+    """`Potential` of two tooth pairs without increments or centroids, most states of spur gears.
+
+    From loads by the nearest nodes a step of Newton's method ends so near to the solution that whole potentials there,
+    and their slopes, are mostly evaluated once: the law takes .57 of the time of `solve` and `summed`.
+    """
+    c, c_s = coupling(teeth, 0, int(b.s - a.s + 0.5), a.s)
+    advance(a, b, step_of_two(a.stiffness, b.stiffness, c, (c * b.load, c * a.load)))
+    (f_a, k_a), (f_b, k_b) = nearest_load(single, block, a), nearest_load(single, block, b)
+    for _ in range(STEPS):
+        advance(a, b, step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free)))
+        u, v = mid_plane_potential(single, block, a), mid_plane_potential(single, block, b)
+        f_a, k_a, f_b, k_b = u.force, u.stiffness, v.force, v.stiffness
+        step = step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free))
+        if hardly_moves(step[0], a) and hardly_moves(step[1], b):
+            break
+    energy = u.energy + f_a * (a.free - a.x) + v.energy + f_b * (b.free - b.x) - c * f_a * f_b
+    f_a, f_b = f_a - k_a * step[0], f_b - k_b * step[1]
+    moved = step_of_two(k_a, k_b, c, (-c_s * f_b - c * v.force_by_phase, -c_s * f_a - c * u.force_by_phase))
+    shares = step_of_two(k_a, k_b, c, (1.0, 1.0))
+    return Potential(
+        energy,
+        penetration,
+        f_a + f_b,
+        k_a * shares[0] + k_b * shares[1],
+        u.force_by_phase + k_a * moved[0] + v.force_by_phase + k_b * moved[1],
+        u.by_phase + v.by_phase - c_s * f_a * f_b - u.force_by_phase * step[0] - v.force_by_phase * step[1],
+        0.0,
+        largest_force,
+    )
+
+
+@compiled(forceinline=True)
+def advance(a, b, step):
+    """Take a step (2,) of Newton's method of two tooth pairs; couplings only add to deflections."""
+    a.x, b.x = min(a.x - step[0], a.free), min(b.x - step[1], b.free)
+
+
+@unchecked(forceinline=True)
+def nearest_load(single, block, pair):
+    """Load and stiffness of a tooth pair at x, by the slopes at the nearest node."""
+    penetration, m = pair.x - pair.unloaded, single.penetration_steps
+    if penetration <= 0.0:
+        return 0.0, 0.0
+    u = sqrt(sqrt(penetration / pair.largest)) * m
+    j, i, ahead = min(int(u + 0.5), m), pair.low, pair.share
+    if ahead > 0.5:
+        i, ahead = pair.high, ahead - 1.0
+    at, t = node(single, single.potentials_start, block, i, j), u - j
+    by_u = at.by_u + ahead * at.by_phase_u + t * at.by_uu
+    secant = 2.0 * (at.value + ahead * at.by_phase + t * (by_u - 0.5 * t * at.by_uu)) + 0.25 * u * by_u
+    return secant * penetration, secant + 0.0625 * u * (9.0 * by_u + u * at.by_uu)
+
+
+@unchecked(forceinline=True)
+def mid_plane_potential(single, block, pair):
+    """`Potential` of a tooth pair at x that has no centroid."""
+    extent, penetration = range_of_pair(pair), pair.x - pair.unloaded
+    if penetration <= 0.0:
+        return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
+    load = load_cell(single, penetration / extent.largest)
+    w = patch(single, single.potentials_start, block, cell_of(pair), load)
+    u = (load.low + load.share) / single.penetration_steps
+    return derivatives(extent, MID_PLANE, penetration, 0.0, w, u)
+
+
+@compiled(forceinline=True)
+def step_of_two(k_a, k_b, c, right):
+    """Solution (2,) of Newton's method for two tooth pairs of these stiffnesses that couple, by right sides (2,)."""
+    inverse = 1.0 / (1.0 - c * c * k_a * k_b)
+    return inverse * (right[0] - c * k_b * right[1]), inverse * (right[1] - c * k_a * right[0])
+
+
+@compiled(forceinline=True)
+def hardly_moves(step, pair):
+    """Whether loads change linearly over a step of a tooth pair."""
+    return abs(step) <= LINEAR * max(pair.x - pair.unloaded, LIGHT * pair.largest)
 
 
 @compiled

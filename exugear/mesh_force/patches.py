@@ -101,13 +101,17 @@ def range_of(table, block, phase):
 
 
 @compiled(forceinline=True)
+def node(table, start, block, i, j):
+    """Node of a block at a phase step i and a load step j."""
+    number = (table.penetration_steps + 1) * (block * table.phase_steps + i) + j
+    return node_behind(table, start + NODE_SIZE * number)
+
+
+@compiled(forceinline=True)
 def nodes_of(table, start, block, phase, j):
     """Nodes of a block at a load step j, at the lower and upper phase of a cell, and the same at the next load step."""
-    number = table.penetration_steps + 1
-    low, high = number * (block * table.phase_steps + phase.low), number * (block * table.phase_steps + phase.high)
-    a, b = node_behind(table, start + NODE_SIZE * (low + j)), node_behind(table, start + NODE_SIZE * (high + j))
-    low, high = low + 1, high + 1
-    c, d = node_behind(table, start + NODE_SIZE * (low + j)), node_behind(table, start + NODE_SIZE * (high + j))
+    a, b = node(table, start, block, phase.low, j), node(table, start, block, phase.high, j)
+    c, d = node(table, start, block, phase.low, j + 1), node(table, start, block, phase.high, j + 1)
     return a, b, c, d
 
 

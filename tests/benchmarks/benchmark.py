@@ -12,6 +12,7 @@ import resource
 from pathlib import Path
 
 import exudyn as exu
+from benchmark_designs import designs
 from benchmark_figure import draw
 from benchmark_growth import exponent, growth, yardsticks
 from benchmark_parts import parts
@@ -19,6 +20,7 @@ from benchmark_run_up import paper_gearbox, run_up_points
 from benchmark_states import states
 from benchmark_ste import ste_points
 from benchmark_steps import steps
+from benchmark_unlike_teeth import unlike_teeth
 from benchmark_variants import variants
 from command_line import command_line
 
@@ -34,7 +36,7 @@ def main(folder: Path, quick: bool = False) -> dict:
     print({name: round(exponent(*rows), 2) for name, rows in grown.items()})
     numbers = {"STE": ste.rows, "run-up": runs.rows, "70 s in equal steps": floor, "growth": grown}
     numbers |= {"steps": steps(box, quick), "parts": parts(box, quick), "states": states(quick)}
-    numbers["variants"] = variants(quick)
+    numbers |= {"variants": variants(quick), "unlike teeth": unlike_teeth(quick), "designs": designs(quick)}
     numbers["memory [GB]"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(f"memory {numbers['memory [GB]']:.2f} GB")
     (folder / "benchmark.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
