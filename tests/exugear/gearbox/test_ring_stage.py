@@ -123,5 +123,5 @@ def test_graphics_of_a_ring_enclose_its_volume():
 
 
 def test_a_ring_is_no_pinion():
-    with pytest.raises(ValueError, match="pinion must be an external gear, .* give the ring's teeth as z"):
+    with pytest.raises(ValueError, match=r"pinion must be an external gear, .* give the ring's teeth as z"):
         exugear.RingPair(PAIR.wheel, PAIR.wheel.z, a=PAIR.a)
