@@ -49,6 +49,8 @@ class RingPair:
     backlash: float = inf
 
     def __post_init__(self):
+        external = f"pinion must be an external gear, with z > 0, got z = {self.pinion.z}; give the ring's teeth as z"
+        require(self.pinion.z > 0, external)
         more = f"z must be a whole number below -{self.pinion.z} (a ring has z < 0), got {self.z}"
         require(self.z == int(self.z) and self.z < -self.pinion.z, more)
         require(self.backlash >= 0, f"backlash must be >= 0 m (inf: no back flank), got {self.backlash}")

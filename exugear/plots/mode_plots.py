@@ -23,6 +23,8 @@ MARKED = 0.1
 LEGEND_SHARE = 0.5
 #: Highest frequency in a Campbell diagram over the highest of an order, and width of the label of an order [points].
 ROOM, LABEL_WIDTH = 1.1, 16
+#: Letters up to which the legend of a Campbell diagram has two columns, and shafts up to which names stand level.
+LABEL_BESIDE_LABEL, MANY_SHAFTS = 40, 4
 #: Largest displacement in a picture of a mode over the largest radius.
 LARGEST = 0.5
 #: Length in the picture below which an arrow is left out [m].
@@ -61,13 +63,14 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
     ax.scatter([], [], 160 * LEGEND_SHARE, label=meaning, **ring)
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="natural frequency [Hz]")
     ax.set(xlim=(speed[0] / rpm, speed[-1] / rpm), ylim=(0, top))
-    legend(ax, loc="lower left", bbox_to_anchor=(0.0, 1.05), ncols=2)
+    longest = max(map(len, ax.get_legend_handles_labels()[1]))
+    legend(ax, loc="lower left", bbox_to_anchor=(0.0, 1.05), ncols=2 if longest <= LABEL_BESIDE_LABEL else 1)
     return ax
 
 
 def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
-    """Lines of the orders with their harmonics where they leave the frame; a colour for each stage."""
-    speed, stages = data["speed"].values, list(data["stage"].values)
+    """Lines of the orders with their harmonics where they leave the frame; a colour for each mesh frequency."""
+    speed, stages = data["speed"].values, list(dict.fromkeys(filter(None, data["order_stage"].values.tolist())))
     ax.plot([], [], color=MODE, linewidth=1.1, label="modes")
     labelled = set()
     for name, ratio, stage in zip(*(data[x].values for x in ("order", "order_ratio", "order_stage")), strict=True):
@@ -128,8 +131,9 @@ def _draw_shafts(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]
     for label, line in STYLES.items():
         ax.plot([], [], label=label, **line)
     ax.set_ylabel("z [mm]")
-    ax.set_xticks(positions, [shaft.name for shaft in shafts])
-    legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
+    many = len(shafts) > MANY_SHAFTS
+    ax.set_xticks(positions, [shaft.name for shaft in shafts], **{"rotation": 45, "ha": "right"} if many else {})
+    legend(ax, **{} if many else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": 4})
 
 
 def _at_angle(data: xr.Dataset, angle: float) -> xr.Dataset:

@@ -42,11 +42,12 @@ PACKAGES = ("exudyn", "numpy", "scipy", "numba", "xarray", "scikit-fem", "matplo
 
 def inputs(data: xr.Dataset) -> Section:
     """Operating conditions, shafts, meshes and gears of a run."""
-    tables = [_conditions(data), _shafts(data.attrs), _parts(data.attrs), _meshes(data)]
+    tables, pairs = [_conditions(data), _shafts(data.attrs), _parts(data.attrs), _meshes(data)], {}
     for stage in data["stage"].values.tolist():
-        pair = stage_pair(data, stage)
+        pairs.setdefault(stage_pair(data, stage), []).append(stage)
+    for pair, stages in pairs.items():
         if pair is not None:
-            tables += [_gears(stage, pair), _pair(stage, pair)]
+            tables += [_gears(", ".join(stages), pair), _pair(", ".join(stages), pair)]
     return Section("Inputs", tables=tuple(table for table in tables if table.rows))
 
 
@@ -129,12 +130,12 @@ def _meshes(data: xr.Dataset) -> Table:
     return Table("Meshes", columns, tuple(rows))
 
 
-def _gears(stage: str, pair: GearPair) -> Table:
+def _gears(stages: str, pair: GearPair) -> Table:
     pinion, wheel = pair.pinion.data_sheet(), pair.wheel.data_sheet()
     rows = [(row.meaning, symbol, str(row), str(wheel.get(symbol, ""))) for symbol, row in pinion.items()]
     rows += [(row.meaning, symbol, "", str(row)) for symbol, row in wheel.items() if symbol not in pinion]
     rows.append(("modifications of the flanks", "", _flank(pair.pinion.flank), _flank(pair.wheel.flank)))
-    return Table(f"Gears of {stage}", ("quantity", "symbol", "pinion", "wheel"), tuple(rows))
+    return Table(f"Gears of {stages}", ("quantity", "symbol", "pinion", "wheel"), tuple(rows))
 
 
 def _flank(flank) -> str:
@@ -143,9 +144,9 @@ def _flank(flank) -> str:
     return "; ".join(map(repr, parts)) or "none"
 
 
-def _pair(stage: str, pair: GearPair) -> Table:
+def _pair(stages: str, pair: GearPair) -> Table:
     rows = tuple((row.meaning, symbol, str(row)) for symbol, row in pair.data_sheet().items())
-    return Table(f"Pair of {stage}", ("quantity", "symbol", "value"), rows)
+    return Table(f"Pair of {stages}", ("quantity", "symbol", "value"), rows)
 
 
 def assumptions(data: xr.Dataset) -> Section:

@@ -28,45 +28,59 @@ def rim_springs(gear: Gear, section: Basis, supports: tuple[Support, ...], turne
         stiffness = support.tangential, support.radial
         if isinstance(support, Bolts):
             for angle in support.angles:
-                weight, components = _on_rim(gear, section, angle + turned, support.width / (2 * radius))
-                means = [sp.csr_matrix(weight / weight.sum()) @ component for component in components]
-                rows += [np.sqrt(k) * mean for k, mean in zip(stiffness, means, strict=True)]
+                theta, weight = quadrature_on_rim(gear, section, angle + turned, support.width / (2 * radius))
+                mean = sp.csr_matrix(weight / weight.sum())
+                components = tangential_and_radial(gear, section, theta)
+                rows += [np.sqrt(k) * mean @ component for k, component in zip(stiffness, components, strict=True)]
         else:
-            weight, components = _on_rim(gear, section, 0.0, inf)
+            theta, weight = quadrature_on_rim(gear, section)
             of_points = sp.diags_array(np.sqrt(radius * weight))
+            components = tangential_and_radial(gear, section, theta + turned)
             rows += [np.sqrt(k) * of_points @ component for k, component in zip(stiffness, components, strict=True)]
     return sp.csr_matrix(sp.vstack(rows))
 
 
-def _on_rim(gear: Gear, section: Basis, angle: float, half: float) -> tuple[np.ndarray, list[sp.csr_matrix]]:
-    """Weights (n,) [rad] of points on the rim within half an angle of an angle, and their displacements (n, 2 n_dofs):
-    along the circumference and radial."""
-    mesh, facets = section.mesh, section_mesh.clamped_facets(gear, section.mesh)
-    ends = _angle(*mesh.p[:, mesh.facets[:, facets]])
-    start = angle + _turned(ends[0] - angle)
-    size = _turned(ends[1] - ends[0])
+def quadrature_on_rim(
+    gear: Gear, section: Basis, angle: float = 0.0, half: float = inf
+) -> tuple[np.ndarray, np.ndarray]:
+    """Angles and weights (n,) [rad] of Gauss points on the outside of the rim within half an angle of an angle."""
+    start, size = _facets(gear, section)
+    start = angle + _turned(start - angle)
     low, high = np.sort(np.clip([(angle - half - start) / size, (angle + half - start) / size], 0, 1), axis=0)
-    at = low + (high - low) * POINTS[:, None]
-    weight = (WEIGHTS[:, None] * (high - low) * np.abs(size)).ravel()
-    dofs = [section.nodal_dofs[0][end] for end in mesh.facets[:, facets]]
-    values = [1 - at, at]
+    theta = start + (low + (high - low) * POINTS[:, None]) * size
+    return theta.ravel(), (WEIGHTS[:, None] * (high - low) * np.abs(size)).ravel()
+
+
+def tangential_and_radial(gear: Gear, section: Basis, theta: np.ndarray) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """Displacements of the outside of the rim at angles (n,): along the circumference, radial; each (n, 2 n_dofs)."""
+    shapes, c, s = shapes_on_rim(gear, section, theta), np.cos(theta), np.sin(theta)
+
+    def component(x: np.ndarray, y: np.ndarray) -> sp.csr_matrix:
+        return sp.csr_matrix(sp.hstack([sp.diags_array(x) @ shapes, sp.diags_array(y) @ shapes]))
+
+    return component(-c, s), component(-s, -c)
+
+
+def shapes_on_rim(gear: Gear, section: Basis, theta: np.ndarray) -> sp.csr_matrix:
+    """(n, n_dofs) values of the shape functions at angles (n,) on the outside of the rim."""
+    facets, (start, size) = section_mesh.clamped_facets(gear, section.mesh), _facets(gear, section)
+    least = np.minimum(start, start + size) % (2 * pi)
+    order = np.argsort(least)
+    facet = order[np.searchsorted(least[order], theta % (2 * pi), side="right") - 1]
+    at = _turned(theta - start[facet] - size[facet] / 2) / size[facet] + 1 / 2
+    dofs, values = list(section.nodal_dofs[0][section.mesh.facets[:, facets[facet]]]), [1 - at, at]
     if section.elem.facet_dofs:
-        dofs.append(section.facet_dofs[0][facets])
+        dofs.append(section.facet_dofs[0][facets[facet]])
         values = [(1 - at) * (1 - 2 * at), at * (2 * at - 1), 4 * at * (1 - at)]
-    theta, point = (start + at * size).ravel(), np.arange(at.size).reshape(at.shape)
-    components = []
-    for x, y in ((-np.cos(theta), np.sin(theta)), (-np.sin(theta), -np.cos(theta))):
-        entries = [
-            (
-                (direction[point] * value).ravel(),
-                (point.ravel(), np.broadcast_to(dof + axis * section.N, at.shape).ravel()),
-            )
-            for dof, value in zip(dofs, values, strict=True)
-            for axis, direction in enumerate((x, y))
-        ]
-        shape = at.size, 2 * section.N
-        components.append(sp.csr_matrix(sum(sp.coo_matrix(entry, shape) for entry in entries)))
-    return weight, components
+    rows = np.tile(np.arange(theta.size), len(dofs))
+    return sp.csr_matrix((np.concatenate(values), (rows, np.concatenate(dofs))), (theta.size, section.N))
+
+
+def _facets(gear: Gear, section: Basis) -> tuple[np.ndarray, np.ndarray]:
+    """Angles (n,) at which facets on the outside of the rim start, and those they cover, of either sign [rad]."""
+    ends = section.mesh.facets[:, section_mesh.clamped_facets(gear, section.mesh)]
+    start, end = _angle(*section.mesh.p[:, ends])
+    return start, _turned(end - start)
 
 
 def _angle(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -72,7 +72,8 @@ def check_sizes(gear) -> None:
         body, d_body, lowest_body = "d_bore", gear.d_bore, 0.0
     near = f"within 4 modules of the {shifted}"
     require_within("d_a", gear.d_a, lowest_tip, middle + 8 * m_n, unit=mm, remedy=f"mm ({tip}{near})")
-    require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=f"mm ({side} the tip circle, {near})")
+    root = f"mm ({side} the tip circle d_a = {gear.d_a / mm:g} mm, {near})"
+    require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=root)
     rim = f"mm (leave a rim of one module {side} the root circle {gear.d_f / mm:g} mm)"
     require_within(body, d_body, lowest_body, gear.d_f - 2 * m_n, unit=mm, remedy=rim)
 

@@ -1,6 +1,6 @@
 """Finite elements of a gear that is clamped at its rigid hub, in the hub's frame, with the flanks that may touch."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -13,9 +13,10 @@ from skfem.element import Element
 from fem.elasticity import extrusion, section_mesh
 from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace, clamped
 from fem.elasticity.mesh_density import Density
-from fem.elasticity.rim_springs import rim_springs
+from fem.elasticity.rim_springs import quadrature_on_rim, rim_springs, shapes_on_rim
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
+from fem.gear.rim_support import Bush
 from fem.linalg.direct_solver import Solve, factorize
 from fem.microgeometry.flank import edges, removed
 from fem.pair.pair import GearPair
@@ -28,6 +29,8 @@ EARLY_CONTACT = 1 / 4
 LEAST_EDGE_DISTANCE = 1 / 100
 #: Flanks count as equal where their modifications differ by less [m].
 EQUAL_WITHIN = 1e-9
+#: Stiffness over E of the bush that holds a rim against tilting and along its axis: nearly rigid.
+HOLDING = 1e3
 #: Points on the fillet and on the involute of a tooth's outline.
 OUTLINE_POINTS = 100
 
@@ -207,24 +210,52 @@ def discretized(
     held = (section_mesh.on_hub(gear, section) & (not gear.support))[columns]
     free = np.flatnonzero(~clamped(gear, held, solid.positions.T, element.dim, face).T)
     toothless = abs(gear.z) - len(section_mesh.toothed_pitches(gear, density))
-    springs = springs_across(rim_springs(gear, section, gear.support), stacks, width, face) if gear.support else None
+    springs = springs_across(gear, section, stacks, width, face) if gear.support else None
     return DeformableGear(face, solid, columns, free, flanks, toothless, springs)
 
 
-def springs_across(springs: sp.csr_matrix, stacks: np.ndarray, width: WidthQuadrature, face: Face) -> sp.csr_matrix:
-    """Springs over (x, y) or (x, y, z) of each dof, from those over x of all dofs of the section, then y.
+def springs_across(gear: Gear, section: Basis, stacks: np.ndarray, width: WidthQuadrature, face: Face) -> sp.csr_matrix:
+    """Springs of the supports of a rim over (x, y) or (x, y, z) of each dof.
 
-    They act on the mean across the face width: the rim may warp and contract along its axis, as in a map. On the
-    modelled part of the face their stiffness is its share.
+    They act on the mean across the face width at an angle, which a helical section meets elsewhere at each axial
+    position: the rim may warp and contract along its axis, as in a map. On the modelled part of the face their
+    stiffness is its share. Over the whole face they also hold the rim against tilting and along its axis.
     """
-    n, dim = stacks.shape[0], 2 if stacks.shape[1] == 1 else 3
+    dim = 2 if stacks.shape[1] == 1 else 3
     mean = width.weights @ width.shapes / width.weights.sum()
-    coo, parts = springs.tocoo(), []
-    component, dof = np.divmod(coo.col, n)
-    for line, share in zip(stacks.T, mean, strict=True):
-        columns = dim * line[dof] + component
-        parts.append(sp.csr_matrix((share * coo.data, (coo.row, columns)), (springs.shape[0], dim * stacks.size)))
-    return sp.csr_matrix(np.sqrt(face.share) * sum(parts)) if dim == 3 else parts[0]
+
+    def across(springs: Callable[[float], sp.csr_matrix], share: np.ndarray, axes: range) -> sp.csr_matrix:
+        """Springs (n, dim stacks.size) from those of the section at the angle of each axial position, times shares."""
+        total = sp.csr_matrix((springs(0.0).shape[0], dim * stacks.size))
+        for line, turn, of_line in zip(stacks.T, gear.twist * width.nodes, share, strict=True):
+            total += of_line * springs(-gear.sign * turn) @ _along_axes_of_section(line, turn, dim, axes, stacks.size)
+        return sp.csr_matrix(total)
+
+    supports = across(partial(rim_springs, gear, section, gear.support), np.sqrt(face.share) * mean, range(2))
+    if dim == 2 or isinstance(face, HalfFace):
+        return supports
+    stiffness = HOLDING * gear.material.E
+    bush, slope = Bush(radial=stiffness, tangential=stiffness), 2 * width.axial / gear.b
+    tilt = (width.weights * 3 * slope) @ width.shapes / width.weights.sum()
+    theta, weight = quadrature_on_rim(gear, section)
+    of_points = sp.diags_array(np.sqrt(stiffness * abs(gear.r_clamp) * weight))
+
+    def axial(turned: float) -> sp.csr_matrix:
+        return of_points @ shapes_on_rim(gear, section, theta + turned)
+
+    against_tilting = across(partial(rim_springs, gear, section, (bush,)), tilt, range(2))
+    return sp.csr_matrix(sp.vstack([supports, against_tilting, across(axial, mean, range(2, 3))]))
+
+
+def _along_axes_of_section(line: np.ndarray, turn: float, dim: int, axes: range, n_dofs: int) -> sp.csr_matrix:
+    """Operator from flat displacements to those of the dofs of a line, along axes of their turned section."""
+    c, s = np.cos(turn), np.sin(turn)
+    rotation = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])[axes, :dim]
+    columns = dim * line + np.arange(dim)[:, None]
+    rows = np.arange(line.size) + line.size * np.arange(len(axes))[:, None]
+    shape = len(axes), dim, line.size
+    entries = [np.broadcast_to(a, shape).ravel() for a in (rotation[..., None], rows[:, None], columns)]
+    return sp.csr_matrix((entries[0], (entries[1], entries[2])), (rows.size, dim * n_dofs))
 
 
 def section_dofs(section: Basis, positions: np.ndarray, twist: float) -> np.ndarray:

@@ -35,7 +35,6 @@ from fem.reference.deformable_gear import (
     flank_flexibility,
     last_tooth_in_contact,
     sampled_modification,
-    symmetric_about_mid_plane,
 )
 from fem.reference.mortar import ContactCandidate, MatingGears, PairGaps, pair_gaps
 from fem.ste.inputs import checked_phases, checked_torque
@@ -84,10 +83,10 @@ def static_transmission_error(
                 or ElementHex2() in space
     penalty     contact stiffness [Pa/m]; infinite: no penetration at all
 
-    The rim of a ring may be on supports; in space spur gears with equal halves of the face, on supports that act on the
-    mean displacement of the rim across it, as in a map. All teeth of the ring are in the finite elements, and the mesh
-    is at the teeth 0 and -1 of the ring: its ring angle is 2 pi phase / |z|, of phases from 1/2 on that of the phase
-    less 1.
+    The rim of a ring may be on supports, which in space act on the mean displacement of the rim across the face and
+    hold it against tilting and along its axis, as in a map. All teeth of the ring are in the finite elements, and the
+    mesh is at the teeth 0 and -1 of the ring: its ring angle is 2 pi phase / |z|, of phases from 1/2 on that of the
+    phase less 1.
 
     Raises ValueError for unequal face widths and, in plane strain, for helical pairs and flanks that vary across the
     width, RuntimeError where a phase does not converge.
@@ -119,9 +118,6 @@ def check(pair: GearPair, element: Element, density: Density) -> None:
     in_space = "in plane strain; take hexahedra, with fem.nonlinear"
     straight = pair.pinion.beta == 0 or element.dim == 3
     require(straight, f"beta must be 0 {in_space}, got {pair.pinion.beta:g} rad")
-    even = not pair.wheel.support or element.dim == 2 or all(map(symmetric_about_mid_plane, (pair.pinion, pair.wheel)))
-    tilts = "a ring on supports, which hold it against tilting, must be spur with equal halves of its flanks in space"
-    require(even, f"{tilts}; take fem.static_transmission_error, or plane strain for spur gears")
     widths = pair.pinion.b, pair.wheel.b
     require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")
     touching, fewest = 2 * last_tooth_in_contact(pair) + 1, min(pair.pinion.z, abs(pair.wheel.z))

@@ -120,3 +120,8 @@ def test_graphics_of_a_ring_enclose_its_volume():
     volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
     hollow = np.pi / 4 * 20 * mm * ((170 * mm) ** 2 - (143 * mm) ** 2)
     assert volume == pytest.approx(hollow, rel=0.03)
+
+
+def test_a_ring_is_no_pinion():
+    with pytest.raises(ValueError, match=r"pinion must be an external gear, .* give the ring's teeth as z"):
+        exugear.RingPair(PAIR.wheel, PAIR.wheel.z, a=PAIR.a)

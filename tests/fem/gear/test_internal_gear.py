@@ -88,6 +88,7 @@ def test_mass_and_inertia_are_those_of_a_hollow_cylinder():
         ),
         ({"fillet": 0.5 * mm, "cutter": fem.PinionCutter(20)}, "give a fillet or a cutter, not both"),
         ({"d_rim": 147 * mm}, r"d_rim must lie in .*leave a rim of one module outside the root circle -146.2 mm"),
+        ({"d_a": 150 * mm}, r"d_f must lie .*outside the tip circle d_a = -150 mm"),
         ({"d_a": 132 * mm}, r"tip circle .* outside its base circle, d_b = -133.436 mm, .* shorten its teeth by d_a"),
         ({"fillet": 1.9 * mm}, r"fillet 1.9 mm does not fit between two teeth; reduce it or \|d_f\|"),
         ({"cutter": fem.PinionCutter(71)}, r"z_0 of the cutter must be less than 71 teeth, got 71"),
