@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import AnyDrag
 from exugear.gearbox.gear_train import CLOSED
 from exugear.gearbox.housing import Housing, Seat, bearing_on, seat_label, seat_number
@@ -44,12 +45,6 @@ def checked_seats(
         away = f"between: shafts {name!r} and {on!r} lie {apart:.4g} m apart; a bearing between them needs one axis"
         require(apart < CLOSED * max(abs(stage.pair.a) for stage in stages), away)
         _check_kinds(stages, shafts, name, on)
-        bearing = bearing_on(shafts, (name, known[0]))
-        rolls = isinstance(bearing, RollingBearing) and bearing.cage_rolls
-        standing = "leave rolling() out, its cage then stands"
-        require(
-            not rolls, f"between: the cage of the bearing {label} rolls, which is not built between shafts; {standing}"
-        )
         housed = seat_number(housing, name, known[0]) is not None
         require(not housed, f"between: the bearing {label} has a seat in the housing, too; name one of them")
         _check_node(shafts[on], at, carrying)
@@ -88,6 +83,17 @@ def _check_carried(shafts: Mapping[str, Shaft], seats: Mapping[Seat, Seat]) -> N
         carried |= {name for (name, _), (on, _) in seats.items() if on in carried}
     floating = sorted({*shafts} - carried)
     require(not floating, f"between: shafts {floating} carry one another alone; give one of them a bearing on ground")
+
+
+def share_of_carrying(bearing: Bearing | RollingBearing) -> float:
+    """Spin of the bearing's own shaft that turns its cage as much as a unit spin of the shaft that carries the seat.
+
+    Elements roll on both rings: the cage turns by c phi + (1 - c) phi_carrying, with the cage's turns c per turn of the
+    own shaft alone. 0 of bearings whose cage stands.
+    """
+    if not (isinstance(bearing, RollingBearing) and bearing.cage_rolls):
+        return 0.0
+    return 1 / bearing.rows[0].cage_ratio - 1
 
 
 class DragBetween(NamedTuple):

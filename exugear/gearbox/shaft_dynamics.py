@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from exugear.gearbox.bearing import Bearing, radial_points
+from exugear.gearbox.bearing import radial_points
 from exugear.gearbox.bearing_law import (
     dissipated_power,
     has_radial_law,
@@ -49,6 +49,7 @@ class ShaftMotion:
     beside        (n_torsion, n_torsion) mass over these coordinates beside the inertias of the shaft and its rotors
     twist_damping (n_torsion, n_torsion) damping over these coordinates, without that of couplings
     seats         axial position of each bearing on a seat that moves -> motion (n, 6) of the seat and its rate
+    cages         axial position of each bearing whose cage rolls -> spin (n,) that turns it [rad]
     """
 
     spin: np.ndarray
@@ -63,6 +64,7 @@ class ShaftMotion:
     beside: np.ndarray | None = None
     twist_damping: np.ndarray | None = None
     seats: Mapping[float, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    cages: Mapping[float, np.ndarray] = field(default_factory=dict)
 
     def in_bearing(self, shaft: Shaft, axial: float) -> tuple[np.ndarray, np.ndarray]:
         """(n, 5) motion of the shaft against the seat of a bearing, and its rate."""
@@ -217,7 +219,7 @@ def bearing_forces(
     q_t: np.ndarray,
     forces: np.ndarray,
     elastic: Measured | None = None,
-    spin: np.ndarray | None = None,
+    spins: Mapping[float, np.ndarray] | None = None,
 ) -> None:
     """Add the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
@@ -226,14 +228,14 @@ def bearing_forces(
     q, q_t    displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
               their rates; of an elastic shaft (n, 5 + m) with its m elastic coordinates
     elastic   the shaft if it is elastic, or on seats that move: q then goes on with the motions of these
-    spin      (n,) of the shaft about z [rad], which rolling cages need
+    spins     axial position [m] of each bearing whose cage rolls -> (n,) spin that turns it [rad]
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
         motion = _motion_at(shaft, axial, q.shape[1], elastic)
         if has_rolling_law(bearing):
             for first in range(0, len(q), BLOCK):
                 block = slice(first, first + BLOCK)
-                at_bearing = _with_spin(bearing, q[block] @ motion[:5].T, None if spin is None else spin[block])
+                at_bearing = _with_spin(q[block] @ motion[:5].T, (spins or {}).get(axial), block)
                 reaction = rolling_reaction(bearing, 0.0, at_bearing, q_t[block] @ motion[:5].T, len(force))
                 force[:, block] += reaction.T
             continue
@@ -293,11 +295,9 @@ def parted_bearings(
     return apart
 
 
-def _with_spin(bearing: Bearing | RollingBearing, q: np.ndarray, spin: np.ndarray | None) -> np.ndarray:
-    """Displacements (n, 5) at a bearing, with the spin (n,) as sixth column where its cage rolls."""
-    if spin is None or not isinstance(bearing, RollingBearing) or not bearing.cage_rolls:
-        return q
-    return np.column_stack([q, spin])
+def _with_spin(q: np.ndarray, spin: np.ndarray | None, block: slice = slice(None)) -> np.ndarray:
+    """Displacements (n, 5) at a bearing, with the spin (n,) that turns its cage as sixth column where that rolls."""
+    return q if spin is None else np.column_stack([q, spin[block]])
 
 
 def _motion_at(shaft: Shaft, axial: float, components: int, elastic: Measured | None = None) -> np.ndarray:
@@ -321,7 +321,7 @@ def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
     if motion.q is not None:
         for axial, bearing in shaft.bearings.items():
             at_bearing, _ = motion.in_bearing(shaft, axial)
-            energy += strain_energy(bearing, 0.0, _with_spin(bearing, at_bearing, motion.spin))
+            energy += strain_energy(bearing, 0.0, _with_spin(at_bearing, motion.cages.get(axial)))
         load = motion.elastic.load_of_decoupled if motion.elastic else shaft.constant_load
         energy -= motion.q @ load[: motion.q.shape[1]]
         if motion.elastic:
@@ -338,7 +338,7 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
     losses = {}
     for axial, bearing in shaft.bearings.items():
         at_bearing, rates = motion.in_bearing(shaft, axial)
-        losses[axial] = dissipated_power(bearing, 0.0, _with_spin(bearing, at_bearing, motion.spin), rates)
+        losses[axial] = dissipated_power(bearing, 0.0, _with_spin(at_bearing, motion.cages.get(axial)), rates)
     return losses
 
 
@@ -365,17 +365,17 @@ def braking_torques(
     omega: np.ndarray,
     q: np.ndarray | None,
     elastic: ElasticShaft | None = None,
-    spin: np.ndarray | None = None,
+    spins: Mapping[float, np.ndarray] | None = None,
 ) -> np.ndarray:
     """(n,) torque of all drags of a shaft against its rotation [N m].
 
-    omega              (n,) speed of the shaft [rad/s]
-    q, elastic, spin   as in `bearing_forces`; q None where the shaft only spins
+    omega               (n,) speed of the shaft [rad/s]
+    q, elastic, spins   as in `bearing_forces`; q None where the shaft only spins
     """
     loads: dict[float, np.ndarray] = {}
     if q is not None:
         forces = np.zeros((len(shaft.bearings), 3, omega.size))
-        bearing_forces(shaft, q, np.zeros_like(q), forces, elastic, spin)
+        bearing_forces(shaft, q, np.zeros_like(q), forces, elastic, spins)
         loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
     torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)

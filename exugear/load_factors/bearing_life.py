@@ -33,15 +33,16 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     Returns a Dataset over `bearing`:
 
     life       L_10r [revolutions], after which a tenth of such bearings fails (ISO/TS 16281): each sample wears with
-               the loads on its balls and laminae, in proportion to the speed of the shaft (Palmgren and Miner)
+               the loads on its balls and laminae, in proportion to the speed of the ring (Palmgren and Miner)
     hours      the same at the mean speed of the runs [h]
     pressure   largest contact pressure of a ball or roller at either raceway [Pa]
 
     element_pressure
                likewise of each element, over `element`, the first on the x axis, row after row; NaN beyond their number
 
-    The outer ring stands, of planets on pins the inner one; elements share the load as in statics, with the cage as it
-    stands at the start. Raises ValueError for runs without tilts of rolling bearings.
+    The outer ring stands, of planets on pins the inner one; between shafts rings turn against each other, and a life is
+    NaN where they do not. Elements share the load as in statics, with the cage as it stands at the start. Raises
+    ValueError for runs without tilts of rolling bearings.
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
     require(len(runs) > 0, "run must be a run or a list of them, got an empty list")
@@ -55,7 +56,7 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     fits = times.shape == durations.shape and bool((times >= 0).all()) and bool(times.sum() > 0)
     require(fits, f"shares must be (n_run,) >= 0 with n_run = {len(runs)}, got {shares}")
     bearings = {
-        f"{shaft.name} at {axial / mm:g} mm": (bearing, _speed_ratio(gearbox, shaft.name))
+        f"{shaft.name} at {axial / mm:g} mm": (bearing, _speed_ratio(gearbox, shaft.name, axial))
         for shaft in gearbox.shafts
         for axial, bearing in shaft.bearings.items()
         if isinstance(bearing, RollingBearing)
@@ -80,10 +81,14 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     return xr.Dataset(values, {"bearing": list(life)})
 
 
-def _speed_ratio(gearbox: Gearbox, name: str) -> float:
-    """Speed of a shaft over that of the driving shaft; of a planet that against its carrier, which bears the pin."""
+def _speed_ratio(gearbox: Gearbox, name: str, axial: float) -> float:
+    """Speed of the rings of a bearing against each other over that of the driving shaft.
+
+    It is that of the shaft, of a planet against its carrier, which bears the pin, or against the shaft with the seat.
+    """
     carrier = gearbox.planets.get(name)
-    return gearbox.ratios[name] - (gearbox.ratios[carrier.name] if carrier else 0.0)
+    on, _ = gearbox.between.get((name, axial), (carrier.name if carrier else None, 0.0))
+    return gearbox.ratios[name] - (gearbox.ratios[on] if on else 0.0)
 
 
 def _life(
@@ -96,8 +101,10 @@ def _life(
         displacements.append(np.concatenate([at["bearing_displacement"].values, at["bearing_tilt"].values]).T)
         rates.append(share * np.abs(ratio * run["speed"].values) / (2 * pi * run.sizes["time"]))
     q, revolutions = np.concatenate(displacements), np.concatenate(rates)
-    require(revolutions.sum() > 0, "run must turn: bearings that stand have no life in revolutions")
+    turning = any(np.any(run["speed"].values) for run in data)
+    require(turning, "run must turn: bearings that stand have no life in revolutions")
     blocks = [q[first : first + BLOCK] for first in range(0, len(q), BLOCK)]
     largest = [np.max([np.max(pressures(row, block), axis=(0, 1)) for block in blocks], axis=0) for row in bearing.rows]
-    life, of_elements = bearing.life(q, revolutions), np.concatenate(largest)
-    return life, life / revolutions.sum() / HOUR, float(of_elements.max()), of_elements
+    of_elements, total = np.concatenate(largest), revolutions.sum()
+    life = bearing.life(q, revolutions) if total > 0 else np.nan
+    return life, life / total / HOUR if total > 0 else np.nan, float(of_elements.max()), of_elements

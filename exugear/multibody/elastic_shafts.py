@@ -45,8 +45,10 @@ ELASTIC = record_type(
 #: coordinates and velocities of the shaft [1/s^2, 1/s], and of their sum [m/s^2], which its contact reads.
 IN_STEP = record_type(*((name, "i8") for name in ("rows", "acceleration")))
 #: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `BEARING_STEPS`, and of the rows (5, n) that
-#: measure the motion at the bearing; index of the spin with which its cage rolls.
-BEARING = record_type(*((name, "i8") for name in ("radial", "law", "steps", "rows", "spin")))
+#: measure the motion at the bearing; the `CageSpin`.
+BEARING = record_type(
+    *((name, "i8") for name in ("radial", "law", "steps", "rows", "spin", "carrying")), ("share", "f8")
+)
 elastic_at, bearing_at, in_step_at = reader(ELASTIC), reader(BEARING), reader(IN_STEP)
 BEARING_SIZE, IN_STEP_SIZE = BEARING.itemsize, IN_STEP.itemsize
 
@@ -211,22 +213,41 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
     mbs.SetObjectParameter(built.number, "dampingMatrix", built.damping(held=held))
 
 
-class NonlinearBearings(NamedTuple):
-    """Nonlinear bearings: (rows (6, n), bearing, index of its spin, steps or None), records, what these point to."""
+class CageSpin(NamedTuple):
+    """The spin with which a cage rolls: that of the shaft, and a share of that of a shaft that carries the seat.
 
-    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, int, np.record | None]]
+    spin, carrying   indices of these spins among coordinates
+    share            0 where the seat stands
+    """
+
+    spin: int
+    carrying: int
+    share: float
+
+    def at(self, q: Sequence[float]) -> float:
+        """The spin [rad] at coordinates (n,)."""
+        return q[self.spin] + self.share * q[self.carrying]
+
+
+class NonlinearBearings(NamedTuple):
+    """Nonlinear bearings: (rows (6, n), bearing, spin of its cage, steps or None), records, what these point to."""
+
+    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, CageSpin, np.record | None]]
     records: np.ndarray
     arrays: list[Any]
 
 
-def nonlinear_bearings(measured_by: Sequence[tuple[np.ndarray, Bearing | RollingBearing, int]]) -> NonlinearBearings:
-    """The nonlinear ones of bearings with rows (6, n) and the index of a spin, with the records of the kernel."""
+def nonlinear_bearings(
+    measured_by: Sequence[tuple[np.ndarray, Bearing | RollingBearing, CageSpin]],
+) -> NonlinearBearings:
+    """The nonlinear ones of bearings with rows (6, n) and the spin of a cage, with the records of the kernel."""
     nonlinear = [each for each in measured_by if not each[1].linear]
     bearings, records = [], np.zeros(len(nonlinear), BEARING)
     arrays: list[Any] = []
     for record, (rows, bearing, spin) in zip(records, nonlinear, strict=True):
         measuring = np.ascontiguousarray(rows[:5])
-        record["rows"], record["spin"], steps = measuring.ctypes.data, spin, None
+        record["rows"], steps = measuring.ctypes.data, None
+        record["spin"], record["carrying"], record["share"] = spin
         if isinstance(bearing, RollingBearing):
             law, steps = bearing.record_of_runs(0.0), np.zeros(1, BEARING_STEPS)[0]
             record["law"], record["steps"] = address_of(law.record), address_of(steps)
@@ -248,7 +269,8 @@ def _add_matrices(mbs, nodes: list[Any], built: BuiltShaft) -> int:
     stiffness = sum(of_bearings, elastic.stiffness_matrix)
     matrices = built.mass(held=False), stiffness, built.damping(held=False), elastic.polar_matrix
     measured_by = spin, elastic.amplitude_rows
-    nonlinear = nonlinear_bearings([(rows, bearing, spin) for rows, bearing in bearings])
+    turning = CageSpin(spin, spin, 0.0)
+    nonlinear = nonlinear_bearings([(rows, bearing, turning) for rows, bearing in bearings])
     name, load = f"{elastic.shaft.name} shaft", elastic.constant_load
     return add_matrices(
         mbs,
@@ -314,7 +336,7 @@ def add_matrices(
         jacobian = factor_t * q_t[spin] * gyroscopic
         jacobian[:, spin] += factor_t * gyroscopic @ q_t
         for rows, bearing, turning, steps in nonlinear.bearings:
-            at_bearing = np.append(rows[:5] @ np.array(q), q[turning])
+            at_bearing = np.append(rows[:5] @ np.array(q), turning.at(q))
             tangent = tangent_stiffness(bearing, 0.0, at_bearing) - linear_part(bearing, 0.0)
             share = (factor + factor_t * bearing.damping_time) * tangent
             if steps is not None and steps.duration:
@@ -397,12 +419,14 @@ def write_forces(record, recorder, t, n):
         bearing = bearing_at(shaft.bearings + BEARING_SIZE * k)
         rows = carray(doubles_at(bearing.rows), (5, n))
         q, q_t = measured(rows, state, 0, n), measured(rows, state, n, n)
-        f = reaction_on_elastic(bearing, t, q, q_t, state[bearing.spin])
+        spin = state[bearing.spin] + bearing.share * state[bearing.carrying]
+        f = reaction_on_elastic(bearing, t, q, q_t, spin)
         for j in range(n):
             forces[j] += (
                 rows[0, j] * f[0] + rows[1, j] * f[1] + rows[2, j] * f[2] + rows[3, j] * f[3] + rows[4, j] * f[4]
             )
         forces[bearing.spin] += f[5]
+        forces[bearing.carrying] += bearing.share * f[5]
     for k in range(shaft.meshes):
         in_step, acceleration = in_step_at(shaft.in_steps + IN_STEP_SIZE * k), 0.0
         by_state = carray(doubles_at(in_step.rows), 2 * n)

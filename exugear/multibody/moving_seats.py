@@ -18,8 +18,9 @@ from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.housing import PER_SEAT, Seat, bearing_on, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.seats_on_shafts import share_of_carrying
 from exugear.gearbox.shaft import Shaft
-from exugear.multibody.elastic_shafts import BuiltShaft, add_matrices, further_node, nonlinear_bearings
+from exugear.multibody.elastic_shafts import BuiltShaft, CageSpin, add_matrices, further_node, nonlinear_bearings
 from exugear.multibody.exudyn_objects import node_of
 from exugear.multibody.recorder import BodyRecorder
 from exugear.planning.plan import Plan
@@ -134,8 +135,8 @@ def add_moving_seats(
     for seat in seats:
         k = seat.rows.T @ linear_part(seat.bearing, 0.0) @ seat.rows
         matrices[1:] += k, seat.bearing.damping_time * k
-    spins = [first[seat.seat[0]] + _spin_of(seat.seat[0], scene) for seat in seats]
-    nonlinear = nonlinear_bearings([(x.rows, x.bearing, spin) for x, spin in zip(seats, spins, strict=True)])
+    spins = {name: at + _spin_of(name, scene) for name, at in first.items()}
+    nonlinear = nonlinear_bearings([(x.rows, x.bearing, _cage_spin(gearbox, x, spins)) for x in seats])
     recorder, measuring = BodyRecorder(("amplitudes", "rates"), vector_size=m), np.eye(n + m)[n:]
     mass, stiffness, damping = matrices
     of_object = mass, stiffness, damping, None
@@ -182,6 +183,14 @@ def _spin_of(name: str, scene: Plan) -> int:
     """Index of the spin of a shaft among its coordinates."""
     elastic = scene.elastic.get(name)
     return int(elastic.turning[0]) if elastic else scene.shafts[name].spin_index
+
+
+def _cage_spin(gearbox: Gearbox, seat: BuiltSeat, spins: Mapping[str, int]) -> CageSpin:
+    """The spin of the cage of a bearing; spins: indices of those of the shafts."""
+    spin = spins[seat.seat[0]]
+    if seat.seat not in gearbox.between:
+        return CageSpin(spin, spin, 0.0)
+    return CageSpin(spin, spins[gearbox.between[seat.seat][0]], share_of_carrying(seat.bearing))
 
 
 def _at_seat(gearbox: Gearbox, housing: ElasticHousing | None, seat: Seat) -> np.ndarray:

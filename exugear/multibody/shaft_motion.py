@@ -10,6 +10,7 @@ import numpy as np
 from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
+from exugear.gearbox.seats_on_shafts import share_of_carrying
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import (
     AgainstSeats,
@@ -47,11 +48,22 @@ def cages_roll(shaft: Shaft) -> bool:
     return any(isinstance(x, RollingBearing) and x.cage_rolls for x in shaft.bearings.values())
 
 
-def spin_of_cages(model: Model, shaft: Shaft) -> np.ndarray | None:
-    """(n,) recorded spin of a shaft about z [rad] where cages roll with it; else None."""
+def spin_of_cages(model: Model, shaft: Shaft) -> dict[float, np.ndarray]:
+    """Axial position [m] of each bearing of a shaft whose cage rolls -> (n,) recorded spin about z [rad] that turns it.
+
+    It is that of the shaft, and a share of that of a shaft that carries the seat.
+    """
     if not cages_roll(shaft):
-        return None
-    return model.gearbox.directions[shaft.name] * recorded(model, "spin")[shaft.name]
+        return {}
+    box, spins = model.gearbox, recorded(model, "spin")
+    by_position = {}
+    for axial, bearing in shaft.bearings.items():
+        if isinstance(bearing, RollingBearing) and bearing.cage_rolls:
+            by_position[axial] = box.directions[shaft.name] * spins[shaft.name]
+            if (shaft.name, axial) in box.between:
+                on, _ = box.between[shaft.name, axial]
+                by_position[axial] = by_position[axial] + share_of_carrying(bearing) * box.directions[on] * spins[on]
+    return by_position
 
 
 def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
@@ -244,10 +256,9 @@ class BearingForces:
         new, last = slice(self.computed, number), 0
         for moved in in_bearings.values():
             first, last = last, last + len(moved.shaft.bearings)
-            spin = spin_of_cages(self.model, moved.shaft)
-            spin = None if spin is None else spin[new]
+            spins = {axial: spin[new] for axial, spin in spin_of_cages(self.model, moved.shaft).items()}
             motion = moved.q[new], moved.q_t[new]
-            bearing_forces(moved.shaft, *motion, self.values[first:last, :, new], moved.measured, spin)
+            bearing_forces(moved.shaft, *motion, self.values[first:last, :, new], moved.measured, spins)
         motions = {x: (shaft, q[new], q_t[new]) for x, (shaft, q, q_t) in on_bearings.items()}
         replace_forces_on_seats(self.model, motions, self.values[:, :, new])
         self.computed = number
@@ -334,9 +345,9 @@ def drag_variables(model: Model) -> dict[str, Any]:
 def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
     _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
-    spin, elastic = spin_of_cages(model, shaft), model.scene.elastic.get(shaft.name)
+    spins, elastic = spin_of_cages(model, shaft), model.scene.elastic.get(shaft.name)
     box, speeds = model.gearbox, recorded(model, "speed")
-    torque = braking_torques(box.braked_on_ground[shaft.name], speeds[shaft.name], motion, elastic, spin)
+    torque = braking_torques(box.braked_on_ground[shaft.name], speeds[shaft.name], motion, elastic, spins)
     for carried, carrying, drag in box.drags_between:
         if shaft.name in (carried, carrying):
             against = box.directions[carried] * speeds[carried] - box.directions[carrying] * speeds[carrying]

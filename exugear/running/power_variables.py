@@ -27,6 +27,7 @@ from exugear.multibody.elastic_shafts import BuiltShaft
 from exugear.multibody.housing import coupling_of, seat_motions
 from exugear.multibody.model import Model, is_first, on_bearings
 from exugear.multibody.moving_seats import motions_of_seats, positions_on
+from exugear.multibody.shaft_motion import spin_of_cages
 from exugear.multibody.velocity_lag import true_rates_by
 from exugear.operation.conditions import Conditions
 from exugear.planning.integrator_and_step import Rule
@@ -273,6 +274,9 @@ def shaft_motions(
     for name, built in model.elastics.items():
         held = name in conditions.held and is_known_function_of_time(model)
         by_name[name] = _with_torsion(model, built, by_name, time.size, true_rates, held=held)
+    for shaft in model.gearbox.shafts:
+        if cages := spin_of_cages(model, shaft):
+            by_name[shaft.name] = replace(by_name[shaft.name], cages=cages)
     return by_name
 
 

@@ -67,7 +67,7 @@ def test_on_a_shaft_that_stands_the_seat_stands():
 
 
 @pytest.mark.parametrize("sections", [False, True])
-@pytest.mark.parametrize("pilot", [BALL, rolling()])
+@pytest.mark.parametrize("pilot", [BALL, rolling(), rolling().rolling(0.1)])
 def test_books_are_closed_and_the_bearing_loads_both_shafts(pilot, sections):
     run = run_of(reverted(pilot, sections=sections), power=True)
     balance = run.energy_balance()
@@ -85,6 +85,28 @@ def test_runs_and_statics_bear_alike():
     for name in ("bearing_force", "bearing_displacement"):
         values = data[name].sel(bearing=run["bearing"])
         np.testing.assert_allclose(run[name], values, atol=0.01 * np.abs(values).max())
+
+
+def test_elements_pass_the_load_of_a_pilot_bearing_by_the_speeds_of_both_rings():
+    """The force turns with the load, which stands: balls pass it Z times per turn of the cage."""
+    rings = {"fast": 300.0, "out": 300.0 * 50 / 70}
+    run = run_of(unlike(rolling().rolling()), speed=rings["fast"], duration=0.4, displacement=True)
+    moved = run.data["bearing_displacement"].sel(bearing="out at 130 mm").isel(time=slice(10000, None))
+    radial = np.hypot(*(moved.sel(direction=x).values for x in "xy"))
+    gamma = 11.5 / 43.5
+    passing = 7 * ((1 - gamma) / 2 * rings["out"] + (1 + gamma) / 2 * rings["fast"]) / (2 * pi)
+    spectrum = np.abs(np.fft.rfft((radial - radial.mean()) * np.hanning(radial.size)))
+    frequencies = np.fft.rfftfreq(radial.size, float(moved["time"][1] - moved["time"][0]))
+    near = np.abs(frequencies / passing - 1) < 0.3
+    assert frequencies[near][spectrum[near].argmax()] == pytest.approx(passing, abs=2 * frequencies[1])
+
+
+def test_life_counts_turns_of_the_rings_against_each_other():
+    alike, differing = reverted(rolling()), unlike(rolling())
+    lives = [exugear.bearing_life(run_of(box, displacement=True), box) for box in (alike, differing)]
+    turning = 70.0 * (1 - 50 / 70) / (2 * pi)
+    assert np.isnan(lives[0]["hours"].item())
+    assert lives[1]["life"].item() / lives[1]["hours"].item() / 3600 == pytest.approx(turning, rel=1e-3)
 
 
 def test_modes_are_lower_on_the_shaft_than_on_ground():
