@@ -73,6 +73,7 @@ def draw(folder: Path, landscape, maps: dict, runs: dict[str, exugear.Run], pair
     figure.axes[1].axvspan(RANGE[0], RANGE[-1], color="0.93", zorder=0)
     figure.axes[1].legend(frameon=False, fontsize=9)
     plots.plot_envelopes(runs, figure.axes[2]).set_title("run-up at 350 N m")
+    figure.axes[2].get_legend().remove()  # lines as in the middle
     figure.savefig(folder / "tip_relief.png", dpi=100)
     plots.flank_drawing(pair, title="best at 350 N m").savefig(folder / "tip_relief_drawing.png", dpi=100)
 
