@@ -209,7 +209,8 @@ def _add_contact(
     items = [bodies[shaft.name] for shaft in stage.shafts]
     for side, (name, axial) in enumerate(stage.ends):
         items[side] = of_gears[name][axial] if name in of_gears else items[side]
-    if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
+    orbits = stage.carrier is not None and stage.carrier.name in gearbox.carriers_of_pins
+    if orbits:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     kinds = [kind_of(mbs, item) for item in items]
@@ -217,7 +218,7 @@ def _add_contact(
     if ring := rings[number]:
         frame = changed(frame, modes=ring.record.modes, ring=address_of(ring.record))
     records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
-    contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair, ring)
+    contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair, ring, orbits=orbits)
     return AddedContact(contact, recorder, frame, ring)
 
 

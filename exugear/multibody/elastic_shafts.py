@@ -3,7 +3,7 @@
 Each gear has a rigid body, to which its contact is tied, in coordinates that do not turn. The object adds what these
 bodies lack: the rest of the mass matrix, the stiffness of shaft and bearings, and what a compiled kernel evaluates:
 gyroscopic moments, which are proportional to the speed, and nonlinear bearings, rolling ones with a predictor
-(`exugear.multibody.rolling_bearings`). It records the elastic coordinates, too, from which the motion of each bearing
+(`exugear.multibody.step_ends`). It records the elastic coordinates, too, from which the motion of each bearing
 follows.
 """
 
@@ -37,7 +37,8 @@ from exugear.mesh_force.kernel_records import (
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
-from exugear.multibody.rolling_bearings import BEARING_STEPS, BEARINGS, predicted_reaction, steps_at
+from exugear.multibody.rolling_bearings import COORDINATES, reaction_in_step
+from exugear.multibody.step_ends import StepEnds, keep_step_ends
 from exugear.multibody.unbalance import add_unbalance
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.rolling_bearings.law import FAR as FAR_FROM_CENTRE
@@ -55,9 +56,9 @@ ELASTIC = record_type(
 #: A mesh of the shaft in the steps of an integrator: addresses of the accelerations (2 n) along its line of action by
 #: coordinates and velocities of the shaft [1/s^2, 1/s], and of their sum [m/s^2], which its contact reads.
 IN_STEP = record_type(*((name, "i8") for name in ("rows", "acceleration")))
-#: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `BEARING_STEPS`, and of the rows (5, n) that
+#: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `STEP_ENDS`, and of the rows (5, n) that
 #: measure the motion at the bearing; index of the spin with which its cage rolls.
-BEARING = record_type(*((name, "i8") for name in ("radial", "law", "steps", "rows", "spin")))
+BEARING = record_type(*((name, "i8") for name in ("radial", "law", "ends", "rows", "spin")))
 elastic_at, bearing_at, in_step_at = reader(ELASTIC), reader(BEARING), reader(IN_STEP)
 BEARING_SIZE, IN_STEP_SIZE = BEARING.itemsize, IN_STEP.itemsize
 
@@ -235,9 +236,9 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
 
 
 class NonlinearBearings(NamedTuple):
-    """Nonlinear bearings: (rows (6, n), bearing, index of its spin, steps or None), records, what these point to."""
+    """Nonlinear bearings: (rows (6, n), bearing, index of its spin, step ends or None), records, what these point to."""
 
-    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, int, np.record | None]]
+    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, int, StepEnds | None]]
     records: np.ndarray
     arrays: list[Any]
 
@@ -249,17 +250,17 @@ def nonlinear_bearings(measured_by: Sequence[tuple[np.ndarray, Bearing | Rolling
     arrays: list[Any] = []
     for record, (rows, bearing, spin) in zip(records, nonlinear, strict=True):
         measuring = np.ascontiguousarray(rows[:5])
-        record["rows"], record["spin"], steps = measuring.ctypes.data, spin, None
+        record["rows"], record["spin"], ends = measuring.ctypes.data, spin, None
         if isinstance(bearing, RollingBearing):
-            law, steps = bearing.record_of_runs(0.0), np.zeros(1, BEARING_STEPS)[0]
-            record["law"], record["steps"] = law.address, address_of(steps)
+            law, ends = bearing.record_of_runs(0.0), StepEnds(COORDINATES)
+            record["law"], record["ends"] = law.address, ends.address
             arrays.append(law)
         else:
             radial = radial_record(bearing, 0.0)
             record["radial"] = address_of(radial)
             arrays.append(radial)
-        bearings.append((rows, bearing, spin, steps))
-        arrays += [measuring, steps]
+        bearings.append((rows, bearing, spin, ends))
+        arrays += [measuring, ends]
     return NonlinearBearings(bearings, records, arrays)
 
 
@@ -340,17 +341,16 @@ def add_matrices(
     def elastic_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         jacobian = factor_t * q_t[spin] * gyroscopic
         jacobian[:, spin] += factor_t * gyroscopic @ q_t
-        for rows, bearing, turning, steps in nonlinear.bearings:
+        for rows, bearing, turning, ends in nonlinear.bearings:
             at_bearing = np.append(rows[:5] @ np.array(q), q[turning])
             tangent = tangent_stiffness(bearing, 0.0, at_bearing) - linear_part(bearing, 0.0)
             share = (factor + factor_t * bearing.damping_time) * tangent
-            if steps is not None and steps.duration:
-                steps.matrix = share[:5, :5]
+            if ends is not None:
+                ends.note(share[:COORDINATES, :COORDINATES])
             jacobian += rows.T @ share @ rows
         return jacobian
 
-    steps = [steps for *_, steps in nonlinear.bearings if steps is not None]
-    mbs.variables[BEARINGS] = [*mbs.variables.get(BEARINGS, []), *steps]
+    keep_step_ends(mbs, [ends for *_, ends in nonlinear.bearings if ends is not None])
     function = errors_kept(mbs, elastic_shaft) if nonlinear.bearings else elastic_shaft
     kept_alive = arrays, recorder, nonlinear, in_steps
     item: Any = eii.ObjectGenericODE2(
@@ -393,7 +393,7 @@ def reaction_on_elastic(bearing, t, q, q_t, spin):
         far = abs(q[0]) + abs(q[1]) + abs(q[2])
         if not far <= FAR_FROM_CENTRE:
             raise ValueError(far, 0.0)
-        return predicted_reaction(law_at(bearing.law), steps_at(bearing.steps), t, q, q_t, spin)
+        return reaction_in_step(law_at(bearing.law), bearing.ends, t, q, q_t, spin)
     law = radial_law_at(bearing.radial)
     points = points_of(law)
     r, end = np.hypot(q[0], q[1]), points[0, law.points - 1]
