@@ -236,7 +236,7 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
 
 
 class NonlinearBearings(NamedTuple):
-    """Nonlinear bearings: (rows (6, n), bearing, index of its spin, step ends or None), records, what these point to."""
+    """Nonlinear bearings (rows (6, n), bearing, index of its spin, step ends), records, what these point to."""
 
     bearings: list[tuple[np.ndarray, Bearing | RollingBearing, int, StepEnds | None]]
     records: np.ndarray

@@ -16,7 +16,11 @@ first call of a step returns
 with which the first iteration ends where the equations linearized about a* have their solution, but for the error of J
 times a - a*. All further calls return the force in their state, so that the residual that ends the iteration is true: a
 poor guess costs an iteration and no accuracy. The error of a* is that of the third difference, (2 sin(w h / 2))^3 of a
-motion at w: it helps for w h < pi / 3, a sixth of the sampled frequencies, above which runs have little.
+motion at w: it helps for w h < pi / 3, above which runs have little; higher differences save nothing more.
+
+Iterations a step of planetary sets, to 1e-10 of the forces, fall from 2.5 to 2.1 with a held carrier, from 3.2 to 2.1
+where the sun drives and from 3.65 to 2.8 where the carrier drives, in the plane and in space; of shafts on rolling
+bearings at a resonance from 1.87 to 1.81 (9 balls) and from 2.20 to 2.13 (14 rollers), over linear extrapolation.
 """
 
 from collections.abc import Sequence
