@@ -259,7 +259,8 @@ def _add_contact(site: Construction, bodies: Bodies, number: int, ring: RingInMe
     items, recorder = [bodies.shafts[shaft.name] for shaft in stage.shafts], Recorder()
     for side, (name, axial) in enumerate(stage.ends):
         items[side] = bodies.of_gear(name, axial)
-    if stage.carrier and stage.carrier.name in gearbox.carriers_of_pins:
+    orbits = stage.carrier is not None and stage.carrier.name in gearbox.carriers_of_pins
+    if orbits:
         items = items[:2]
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in stage.shafts)
     kinds = [kind_of(mbs, item) for item in items]
@@ -268,7 +269,7 @@ def _add_contact(site: Construction, bodies: Bodies, number: int, ring: RingInMe
         frame = changed(frame, modes=ring.record.modes)
     friction = stage.friction.table(stage.pair) if stage.friction else None
     records = site.scene.laws[label].table, frame, contact_state(ring.record if ring else None), friction
-    contact = add_contact(mbs, label, items, records, recorder, stage.pair, ring)
+    contact = add_contact(mbs, label, items, records, recorder, stage.pair, ring, orbits=orbits)
     return AddedContact(contact, recorder, frame, ring)
 
 

@@ -22,7 +22,7 @@ from exugear.contact.contact import (
 from exugear.contact.elastic_ring import flexed, note_forces, with_torque_on_phase
 from exugear.contact.friction import friction_in_space, friction_of_spins
 from exugear.contact.reference_configuration import CONTACT_FRAME, is_rotated, is_spatial
-from exugear.contact.rotation import KINDS, SPIN, BodyKind, code_of, on_coordinates
+from exugear.contact.rotation import IN_PLANE, KINDS, SPIN, UPRIGHT, BodyKind, code_of, coordinates_of, on_coordinates
 from exugear.contact.vectors import cross, dot, row_dot, row_total
 from exugear.mesh_force.layout import FORCE_TABLE
 from exugear.mesh_force.mesh_friction import FRICTION
@@ -38,12 +38,29 @@ from exugear.multibody.integrator_steps import (
     state_at,
 )
 from exugear.multibody.recorder import recorded_components, sample_of, write
+from exugear.multibody.step_ends import accelerations_at, expect_step_end, for_newton
 from fem.support.numba_cache import compiled, kept
 
 table_at, frame_at, friction_at = reader(FORCE_TABLE), reader(CONTACT_FRAME), reader(FRICTION)
 STANDING = Spin(0.0, 0.0, 0.0)
 #: Velocity in the plane of an axis that stands.
 AT_REST = (0.0, 0.0, 0.0, 0.0)
+
+
+def codes_of(kinds: tuple[BodyKind, ...], frame: np.record) -> list[int]:
+    """Codes of the bodies of pinion and wheel in a contact frame."""
+    return [code_of(kind, rotated=is_rotated(frame)) for kind in kinds[:2]]
+
+
+def reads_step_ends(kinds: tuple[BodyKind, ...], frame: np.record) -> bool:
+    """Whether the contact of two bodies of these kinds can be evaluated at the expected ends of steps."""
+    code_1, code_2 = codes_of(kinds, frame)
+    return _reads_step_ends(code_1, code_2, len(kinds) - 2, int(frame.modes))
+
+
+def _reads_step_ends(kind_1: int, kind_2: int, carried: int, modes: int) -> bool:
+    """Of two kinds of bodies that move in the global frame, neither on a carrier nor with an elastic ring."""
+    return not carried and not modes and max(kind_1, kind_2) in (IN_PLANE, UPRIGHT)
 
 
 def kernel_of(kinds: tuple[BodyKind, ...], frame: np.record, *, rubs: bool):
@@ -59,7 +76,7 @@ def kernel_of(kinds: tuple[BodyKind, ...], frame: np.record, *, rubs: bool):
     """
     if set(kinds) == {SPIN} and not is_spatial(frame):
         return _spin_contact(len(kinds), int(rubs), int(frame.modes))
-    codes = [code_of(kind, rotated=is_rotated(frame)) for kind in kinds[:2]]
+    codes = codes_of(kinds, frame)
     return _spatial_contact(*codes, int(rubs), len(kinds) - 2, int(frame.modes))
 
 
@@ -85,7 +102,7 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
         by_pinion = frame.pinion.r_b * body_1.speed if state.imposed[0] else 0.0
         by_wheel = frame.wheel.r_b * body_2.speed if state.imposed[1] else 0.0
         by_carrier = (frame.pinion.r_b + frame.wheel.r_b) * carrier.speed if state.imposed[2] else 0.0
-        beside = Beside(frame.direction * (by_pinion + by_wheel - by_carrier), 0.0, 0.0, 0.0)
+        beside = Beside(frame.direction * (by_pinion + by_wheel - by_carrier), 0.0, 0.0, 0.0, 0.0)
         amplitudes = None if modes == 0 else coordinates[bodies:before_rates] + coordinates[rates:]
         pushed = push_by_ring(law, state, motion, beside, None, amplitudes)
         motion, push, force, pulsed, dissipation, lag = pushed
@@ -130,7 +147,18 @@ def beside_mesh(state, geometry, pinion, wheel, carrier_speed):
         by_bearings = by_bearings + state.by_shafts[0] + state.by_shafts[1]
     lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2) + steps.lag * turning * turning * along
     held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
-    return Beside(imposed_rate, by_bearings, lag_rate, held)
+    return Beside(imposed_rate, by_bearings, lag_rate, held, 0.0)
+
+
+@compiled
+def beside_orbit(state, beside, geometry, a_1, a_2):
+    """`Beside` the mesh of a planet that orbits, of whose bodies these accelerations (7, 7) are expected."""
+    expected = row_dot(geometry.pinion, a_1) + row_dot(geometry.wheel, a_2)
+    if state.imposed[0]:
+        expected -= geometry.pinion[5] * a_1[5]
+    if state.imposed[1]:
+        expected -= geometry.wheel[5] * a_2[5]
+    return Beside(beside.imposed_rate, beside.by_bearings, beside.lag_rate, beside.held, expected)
 
 
 @compiled(forceinline=True)
@@ -160,7 +188,7 @@ def beside_ring(state, beside, ring, rim):
     lag, force = state.steps.lag, state.steps.last_force
     by_bearings, lag_rate = beside.by_bearings + springs_in_step(ring, state.steps), beside.lag_rate - lag * rim.jerk
     held = beside.held + lag * (rim.mobility * force - rim.acceleration)
-    return Beside(beside.imposed_rate, by_bearings, lag_rate, held)
+    return Beside(beside.imposed_rate, by_bearings, lag_rate, held, 0.0)
 
 
 @compiled
@@ -232,12 +260,15 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
     n_1, n_2 = KINDS[kind_1].size, KINDS[kind_2].size
     components, bodies = recorded_components(KINDS[kind_1], KINDS[kind_2]), n_1 + n_2 + carried
     before_rates, rates = bodies + modes, 2 * bodies + modes
+    reads_ends = int(_reads_step_ends(kind_1, kind_2, carried, modes))
 
     @kept
     def spatial_contact(law, frame, state, friction, record, t, *all_coordinates):
         law, frame, state = table_at(law), frame_at(frame), state_at(state)
         begin_call(state.steps, t)
         begin_solve(state, t)
+        if reads_ends == 1:
+            expect_step_end(state.ends, t, all_coordinates)
         coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[before_rates:rates]
         carrier = STANDING if carried == 0 else spin_of(state.imposed[2], t, coordinates[2], coordinates[5])
         x = coordinates if carried == 0 else in_carrier_frame(coordinates, carrier)
@@ -256,6 +287,10 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
+        if reads_ends == 1 and state.ends != 0 and state.steps.predicts != 0.0:
+            a = accelerations_at(state.ends)
+            a_1, a_2 = coordinates_of(a, 0, kind_1), coordinates_of(a, n_1, kind_2)
+            beside = beside_orbit(state, beside, geometry, a_1, a_2)
         amplitudes = None if modes == 0 else all_coordinates[bodies:before_rates] + all_coordinates[rates:]
         pushed = push_by_ring(law, state, motion, beside, geometry.position.offsets, amplitudes)
         motion, push, force, pulsed, dissipation, lag = pushed
@@ -299,6 +334,8 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         on_wheel = on_coordinates(kind_2, (*g[:5], spun_2, g[6]))[:n_2]
         if modes > 0:
             return on_pinion + on_wheel + as_tuple(ring_at(state.ring).forces, modes)
+        if reads_ends == 1:
+            return for_newton(state.ends, on_pinion + on_wheel)
         return on_pinion + on_wheel
 
     return spatial_contact

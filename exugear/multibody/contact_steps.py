@@ -11,7 +11,7 @@ from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
 from exugear.multibody.model import BearingTangents, Mesh, Model, added_in_steps, bearing_tangents, on_body
-from exugear.multibody.rolling_bearings import predict_bearings
+from exugear.multibody.step_ends import step_ends_of
 from exugear.multibody.velocity_lag import lag_of
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
@@ -36,7 +36,9 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
     steps.mobility, steps.lag = (mesh.mobility, lag_of(rule)) if lag_of(rule) else (0.0, 0.0)
     by_bearings = np.zeros((2, mesh.row.size))
     if mesh.stage.carrier and mesh.stage.carrier.name in model.gearbox.carriers_of_pins:
-        # The directions in which pins and bearings push turn with the carrier: the first guess leaves them out.
+        # The directions in which pins and bearings push turn with the carrier: they are no part of the guess, which is
+        # the acceleration expected of the bodies, or of those that cannot tell it that of the last step.
+        steps.compliance = 0.0 if state_of(model.bare_mbs, mesh.contact)["ends"] else steps.compliance
         return
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
     of_system = np.zeros(mesh.row.size)
@@ -127,7 +129,9 @@ def _with_added(model: Model, mesh: Mesh, mass: np.ndarray, damping: np.ndarray)
 def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator[None]:
     """`lag_corrected` for the meshes of a system as it is in the steps of the rule."""
     loops = len(model.meshes) >= len(model.bodies)
-    predict_bearings(model.bare_mbs, rule if rule.spectral_radius is None else None)
+    predicted = rule if rule.spectral_radius is None else None
+    for ends in step_ends_of(model.bare_mbs):
+        ends.follow(predicted)
     bearings = bearing_tangents(model, np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL)))
     for pin in model.pins:
         pin.record.lag = lag_of(rule)
@@ -142,7 +146,8 @@ def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator
     try:
         yield
     finally:
-        predict_bearings(model.bare_mbs, None)
+        for ends in step_ends_of(model.bare_mbs):
+            ends.follow(None)
         for pin in model.pins:
             pin.record.lag = 0.0
         for mesh in model.meshes:

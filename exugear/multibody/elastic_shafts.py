@@ -3,7 +3,7 @@
 Each gear has a body with the coordinates of a rigid one in a frame that does not turn, to which its contact is tied.
 The object holds the mass matrix, the stiffness of shaft and bearings, and what a compiled kernel evaluates: gyroscopic
 moments, which are proportional to the speed, and nonlinear bearings, rolling ones with a predictor
-(`exugear.multibody.rolling_bearings`). It records the elastic coordinates, too, from which the motion of each bearing
+(`exugear.multibody.step_ends`). It records the elastic coordinates, too, from which the motion of each bearing
 follows.
 """
 
@@ -26,7 +26,8 @@ from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radia
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of
 from exugear.multibody.recorder import BodyRecorder, header_at, sample_of
-from exugear.multibody.rolling_bearings import BEARING_STEPS, BEARINGS, law_at, predicted_reaction, steps_at
+from exugear.multibody.rolling_bearings import COORDINATES, law_at, reaction_in_step
+from exugear.multibody.step_ends import StepEnds, keep_step_ends
 from exugear.multibody.unbalance import add_unbalance
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.rolling_bearings.law import FAR as FAR_FROM_CENTRE
@@ -44,10 +45,10 @@ ELASTIC = record_type(
 #: A mesh of the shaft in the steps of an integrator: addresses of the accelerations (2 n) along its line of action by
 #: coordinates and velocities of the shaft [1/s^2, 1/s], and of their sum [m/s^2], which its contact reads.
 IN_STEP = record_type(*((name, "i8") for name in ("rows", "acceleration")))
-#: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `BEARING_STEPS`, and of the rows (5, n) that
+#: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `STEP_ENDS`, and of the rows (5, n) that
 #: measure the motion at the bearing; the `CageSpin`.
 BEARING = record_type(
-    *((name, "i8") for name in ("radial", "law", "steps", "rows", "spin", "carrying")), ("share", "f8")
+    *((name, "i8") for name in ("radial", "law", "ends", "rows", "spin", "carrying")), ("share", "f8")
 )
 elastic_at, bearing_at, in_step_at = reader(ELASTIC), reader(BEARING), reader(IN_STEP)
 BEARING_SIZE, IN_STEP_SIZE = BEARING.itemsize, IN_STEP.itemsize
@@ -230,9 +231,9 @@ class CageSpin(NamedTuple):
 
 
 class NonlinearBearings(NamedTuple):
-    """Nonlinear bearings: (rows (6, n), bearing, spin of its cage, steps or None), records, what these point to."""
+    """Nonlinear bearings: (rows (6, n), bearing, spin of its cage, step ends or None), records, what these point to."""
 
-    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, CageSpin, np.record | None]]
+    bearings: list[tuple[np.ndarray, Bearing | RollingBearing, CageSpin, StepEnds | None]]
     records: np.ndarray
     arrays: list[Any]
 
@@ -246,18 +247,18 @@ def nonlinear_bearings(
     arrays: list[Any] = []
     for record, (rows, bearing, spin) in zip(records, nonlinear, strict=True):
         measuring = np.ascontiguousarray(rows[:5])
-        record["rows"], steps = measuring.ctypes.data, None
+        record["rows"], ends = measuring.ctypes.data, None
         record["spin"], record["carrying"], record["share"] = spin
         if isinstance(bearing, RollingBearing):
-            law, steps = bearing.record_of_runs(0.0), np.zeros(1, BEARING_STEPS)[0]
-            record["law"], record["steps"] = address_of(law.record), address_of(steps)
+            law, ends = bearing.record_of_runs(0.0), StepEnds(COORDINATES)
+            record["law"], record["ends"] = address_of(law.record), ends.address
             arrays.append(law)
         else:
             radial = radial_record(bearing, 0.0)
             record["radial"] = address_of(radial)
             arrays.append(radial)
-        bearings.append((rows, bearing, spin, steps))
-        arrays += [measuring, steps]
+        bearings.append((rows, bearing, spin, ends))
+        arrays += [measuring, ends]
     return NonlinearBearings(bearings, records, arrays)
 
 
@@ -335,17 +336,16 @@ def add_matrices(
     def elastic_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         jacobian = factor_t * q_t[spin] * gyroscopic
         jacobian[:, spin] += factor_t * gyroscopic @ q_t
-        for rows, bearing, turning, steps in nonlinear.bearings:
+        for rows, bearing, turning, ends in nonlinear.bearings:
             at_bearing = np.append(rows[:5] @ np.array(q), turning.at(q))
             tangent = tangent_stiffness(bearing, 0.0, at_bearing) - linear_part(bearing, 0.0)
             share = (factor + factor_t * bearing.damping_time) * tangent
-            if steps is not None and steps.duration:
-                steps.matrix = share[:5, :5]
+            if ends is not None:
+                ends.note(share[:COORDINATES, :COORDINATES])
             jacobian += rows.T @ share @ rows
         return jacobian
 
-    steps = [steps for *_, steps in nonlinear.bearings if steps is not None]
-    mbs.variables[BEARINGS] = [*mbs.variables.get(BEARINGS, []), *steps]
+    keep_step_ends(mbs, [ends for *_, ends in nonlinear.bearings if ends is not None])
     function = errors_kept(mbs, elastic_shaft) if nonlinear.bearings else elastic_shaft
     kept_alive = arrays, recorder, nonlinear, in_steps
     item: Any = eii.ObjectGenericODE2(
@@ -388,7 +388,7 @@ def reaction_on_elastic(bearing, t, q, q_t, spin):
         far = abs(q[0]) + abs(q[1]) + abs(q[2])
         if not far <= FAR_FROM_CENTRE:
             raise ValueError(far, 0.0)
-        return predicted_reaction(law_at(bearing.law), steps_at(bearing.steps), t, q, q_t, spin)
+        return reaction_in_step(law_at(bearing.law), bearing.ends, t, q, q_t, spin)
     law = radial_law_at(bearing.radial)
     points = points_of(law)
     r, end = np.hypot(q[0], q[1]), points[0, law.points - 1]

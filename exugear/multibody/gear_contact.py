@@ -20,13 +20,14 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.addresses import address_of
-from exugear.multibody.contact_kernels import kernel_of
+from exugear.multibody.contact_kernels import kernel_of, reads_step_ends
 from exugear.multibody.contact_tangent import ContactTangent, HeldContact, contact_tangent, spring_matrix
 from exugear.multibody.direct_call import direct
 from exugear.multibody.elastic_rings import RingInMesh
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
 from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.recorder import Recorder
+from exugear.multibody.step_ends import StepEnds, keep_step_ends
 from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
@@ -155,10 +156,14 @@ def add_contact(
     recorder: Recorder,
     pair: GearPair | RingPair,
     ring: RingInMesh | None = None,
+    *,
+    orbits: bool = False,
 ) -> int:
     """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`).
 
-    ring   elastic one, whose amplitudes follow the coordinates of the bodies
+    ring     elastic one, whose amplitudes follow the coordinates of the bodies
+    orbits   whether it orbits, as that of a planet on an elastic pin, which turns it away from its share in the matrix
+             of Newton's iteration (`exugear.multibody.step_ends`)
     """
     contacts = contacts_of(mbs)
     shared = [i for i, contact in contacts.items() if contact.recorder is recorder]
@@ -167,7 +172,12 @@ def add_contact(
     nodes = [*(node_of(mbs, item) for item in items), *([ring.node] if ring else [])]
     kinds = tuple(kind_of(mbs, item) for item in items)
     kernel = kernel_of(kinds, records[1], rubs=records[3] is not None)
-    functions = user_functions(mbs, nodes, ContactCopy(kernel, records, kinds), records, (recorder, ring))
+    ends = None
+    if orbits and reads_step_ends(kinds, records[1]):
+        ends = StepEnds(sum(len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes))
+        records[2]["ends"] = ends.address
+        keep_step_ends(mbs, [ends])
+    functions = user_functions(mbs, nodes, ContactCopy(kernel, records, kinds), records, (recorder, ring, ends))
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, **functions)
     item.visualization["show"] = False
     number = mbs.AddObject(item)
@@ -177,17 +187,18 @@ def add_contact(
 
 
 def user_functions(
-    mbs, nodes, copy: "ContactCopy", records: Records, beside: tuple[Recorder, RingInMesh | None]
+    mbs, nodes, copy: "ContactCopy", records: Records, beside: tuple[Recorder, RingInMesh | None, StepEnds | None]
 ) -> dict[str, Callable]:
     """Force and Jacobian of a contact for Exudyn, by their names; the former called without Python where that works.
 
     copy     of the contact, for its Jacobian
-    beside   recorder and elastic ring, which live as long as the functions
+    beside   recorder, elastic ring and step ends, which live as long as the functions
     """
     table, frame, state, _ = records
     kernel, all_records = copy.kernel, (*records, beside[0].header)
     evaluate = partial(kernel, *map(address_of, all_records))
     sizes = [len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
+    ends = beside[2]
 
     def gear_contact(mbs, t, item, q, q_t):
         try:
@@ -202,6 +213,8 @@ def user_functions(
             raise stopped(table, frame, error) from None
         if state["steps"]["duration"]:
             note_matrix(state, frame, matrix, sizes)
+        if ends is not None:
+            ends.note(matrix)
         return matrix
 
     function = direct(errors_kept(mbs, gear_contact), kernel, all_records, sum(sizes), pointed_to=beside)
@@ -228,7 +241,7 @@ class ContactCopy:
     def update(self) -> None:
         """Copy the present state of the contact."""
         self.copied.view(np.uint8)[:] = np.frombuffer(self.state, np.uint8)
-        self.copied["steps"]["duration"] = 0.0
+        self.copied["steps"]["duration"], self.copied["ends"] = 0.0, 0
 
     @cached_property
     def held(self) -> HeldContact:

@@ -68,7 +68,7 @@ def CreateGearFriction(
     records = table, frame, state, friction.table(contact.pair)
     kernel, nodes = kernel_of(kinds, frame, rubs=True), [node_of(mbs, item) for item in itemNumbers]
     for function, value in user_functions(
-        mbs, nodes, ContactCopy(kernel, records, kinds), records, (contact.recorder, contact.ring)
+        mbs, nodes, ContactCopy(kernel, records, kinds), records, (contact.recorder, contact.ring, None)
     ).items():
         mbs.SetObjectParameter(number, function, value)
     replaced = contact._replace(kernel=kernel, records=records, function=mbs.GetObject(number)[FUNCTION])

@@ -16,11 +16,14 @@ balance likewise.
 
 Velocities v of the integrator exceed the true ones by their second derivative times its lag, of an orbit by
 -omega^2 lag v: the damper takes (1 + lag omega^2) v. Without that it would brake the orbit.
+
+The pin turns away from its direction in the kept matrix of Newton's iteration: the first call of a step takes its
+forces at the expected end of the step (`exugear.multibody.step_ends`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from math import cos, sin
 from typing import Any
 
@@ -40,6 +43,7 @@ from exugear.multibody.direct_call import direct
 from exugear.multibody.imposed_motion import spin_of
 from exugear.multibody.recorder import BodyRecorder, body_header_at, sample_of, store
 from exugear.multibody.rolling_bearings import law_at
+from exugear.multibody.step_ends import StepEnds, at_step_end, for_newton, keep_step_ends
 from exugear.rolling_bearings.law import LawRecord, reaction
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
@@ -50,11 +54,11 @@ from fem.support.validation import require
 #: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
 #: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. lag: of the
 #: velocities of the integrator [s^2] (`exugear.multibody.velocity_lag`).
-#: Address of the law of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one.
+#: Addresses of the law of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one, and of `STEP_ENDS`.
 PIN = record_type(
     *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
     *(("carrier_tilts", "f8", 2), ("planet_tilts", "f8", 2), ("stiffness", "f8", 4), ("damping", "f8", 4)),
-    *(("torque", "f8"), ("inertia", "f8"), ("imposed", "i8"), ("lag", "f8"), ("law", "i8")),
+    *(("torque", "f8"), ("inertia", "f8"), ("imposed", "i8"), ("lag", "f8"), ("law", "i8"), ("ends", "i8")),
 )
 pin_at = reader(PIN)
 #: Deflection along and across the pin's radius, along the pin, and tilts about the first two, in the carrier's frame
@@ -134,7 +138,12 @@ class Pin:
         """Axial distance of a rolling bearing from the planet's centre of mass [m]."""
         return next(iter(self.planet.bearings)) - self.planet.centre
 
-    @property
+    @cached_property
+    def linear_matrices(self) -> tuple[np.ndarray, np.ndarray]:
+        """(5, 5) stiffness and damping of a linear bearing over the motion of the planet against its pin."""
+        return _about_centre(*self.record.stiffness), _about_centre(*self.record.damping)
+
+    @cached_property
     def arm(self) -> np.ndarray:
         """(2 or 5,) position [m] and tilts [rad] of the planet's centre against the carrier's, as the planet moves."""
         tilts = self.record.planet_tilts - self.record.carrier_tilts
@@ -291,24 +300,25 @@ def pin_kernel(n: int, m: int):
     @kept
     def planet_pin(record, recorder, t, *x):
         pin, v = pin_at(record), n + m
+        x = at_step_end(pin.ends, t, x)
         if m == 3:
             planet = (x[n], x[n + 1], x[n + 2]), (x[v + n], x[v + n + 1], x[v + n + 2])
             if n == 1:
                 on_carrier, on_planet = pin_forces(pin, t, recorder, ((0.0, 0.0, x[0]), (0.0, 0.0, x[v])), planet)
-                return (on_carrier[2], *on_planet)
+                return for_newton(pin.ends, (on_carrier[2], *on_planet))
             on_carrier, on_planet = pin_forces(
                 pin, t, recorder, ((x[0], x[1], x[2]), (x[v], x[v + 1], x[v + 2])), planet
             )
-            return on_carrier + on_planet
+            return for_newton(pin.ends, on_carrier + on_planet)
         q_p = x[n], x[n + 1], x[n + 2], x[n + 3], x[n + 4], x[n + 5]
         v_p = x[v + n], x[v + n + 1], x[v + n + 2], x[v + n + 3], x[v + n + 4], x[v + n + 5]
         if n == 1:
             turn, speed = (0.0, 0.0, 0.0, 0.0, 0.0, x[0]), (0.0, 0.0, 0.0, 0.0, 0.0, x[v])
             on_carrier, on_planet = pin_forces_in_space(pin, t, recorder, (turn, speed), (q_p, v_p))
-            return (on_carrier[5], *on_planet)
+            return for_newton(pin.ends, (on_carrier[5], *on_planet))
         q_c, v_c = (x[0], x[1], x[2], x[3], x[4], x[5]), (x[v], x[v + 1], x[v + 2], x[v + 3], x[v + 4], x[v + 5])
         on_carrier, on_planet = pin_forces_in_space(pin, t, recorder, (q_c, v_c), (q_p, v_p))
-        return on_carrier + on_planet
+        return for_newton(pin.ends, on_carrier + on_planet)
 
     return planet_pin
 
@@ -323,11 +333,12 @@ def pin_matrices(pin: Pin, q: Sequence[float], n: int, angle: float) -> tuple[np
     with which the planet orbits strains nothing. Rolling bearings have their tangent.
     """
     if pin.law is None:
-        matrices = _about_centre(*pin.record.stiffness), _about_centre(*pin.record.damping)
+        matrices = pin.linear_matrices
     else:
         tangent = pin_tangent(pin, q, n, angle)
         matrices = tangent, pin.bearing.damping_time * tangent
-    stiffness, damping = (_between(pin, q, n, matrix) for matrix in matrices)
+    slopes, rows = _slopes(pin, q, n), slice(0, pin.recorder.components)
+    stiffness, damping = (slopes.T @ matrix[rows, rows] @ slopes for matrix in matrices)
     return stiffness, damping
 
 
@@ -355,14 +366,20 @@ def _between(pin: Pin, q: Sequence[float], n: int, matrix: np.ndarray) -> np.nda
 def _slopes(pin: Pin, q: Sequence[float] | np.ndarray, n: int) -> np.ndarray:
     """(2 or 5, n + m) motion of the planet against its pin, along the global axes, by the coordinates q (n + m)."""
     components = pin.recorder.components
-    in_plane, arm = components == 2, pin.arm + np.asarray(q[n : n + components])
-    arm -= np.asarray(q[:components]) if n > 1 else 0.0
-    x, y, z, a, b = np.r_[arm, np.zeros(5 - components)]
-    by_carrier = np.zeros((5, 6))
-    by_carrier[:, :5], by_carrier[:3, 3:5] = -np.eye(5), [[0.0, -z], [z, 0.0], [-y, x]]
-    by_carrier[:, 5] = y, -x, 0.0, b, -a
-    moving = [0, 1, 5] if in_plane else [0, 1, 2, 3, 4, 5]
-    return np.column_stack([by_carrier[:, [5] if n == 1 else moving], np.eye(6)[:5, moving]])[:components]
+    arm = pin.arm + np.asarray(q[n : n + components])
+    slopes = np.zeros((components, n + components + 1))
+    slopes[:, n : n + components] = np.eye(components)
+    if n > 1:
+        arm -= np.asarray(q[:components])
+        slopes[:, :components] = -np.eye(components)
+    if components == 2:
+        slopes[:, n - 1] = arm[1], -arm[0]
+        return slopes
+    x, y, z, a, b = arm
+    if n > 1:
+        slopes[:3, 3:5] = [[0.0, -z], [z, 0.0], [-y, x]]
+    slopes[:, n - 1] = y, -x, 0.0, b, -a
+    return slopes
 
 
 def _along_pin(pin: Pin, angle: float) -> np.ndarray:
@@ -402,19 +419,25 @@ def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
     """Add a pin between the nodes of its carrier and of its planet; returns the number of the object."""
     n, m = (len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
     kernel, addresses = pin_kernel(n, m), (address_of(pin.record), address_of(pin.recorder.header))
+    ends = StepEnds(n + m)
+    pin.record.ends = ends.address
+    keep_step_ends(mbs, [ends])
 
     def planet_pin(mbs, t, item, q, q_t):
         return kernel(*addresses, t, *q, *q_t)
 
     def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        angle = spin_of(int(pin.record.imposed), t, float(q[n - 1]), 0.0).angle
+        imposed, angle = int(pin.record["imposed"]), q[n - 1]
+        if imposed and pin.law is not None:
+            angle = spin_of(imposed, t, angle, 0.0).angle
         stiffness, damping = pin_matrices(pin, q, n, angle)
         matrix = factor * stiffness + factor_t * damping
-        if pin.record.imposed:
+        if imposed:
             matrix[n - 1], matrix[:, n - 1] = 0.0, 0.0
+        ends.note(matrix)
         return matrix
 
-    function = direct(planet_pin, kernel, (pin.record, pin.recorder.header), n + m, pointed_to=pin.recorder)
+    function = direct(planet_pin, kernel, (pin.record, pin.recorder.header), n + m, pointed_to=(pin.recorder, ends))
     item: Any = eii.ObjectGenericODE2(
         name=f"{pin.planet.name} pin",
         nodeNumbers=list(nodes),

@@ -6,7 +6,7 @@ import numpy as np
 
 import exugear
 import fem
-from fem.units import deg, mm
+from fem.units import deg, mm, um
 
 GEAR = fem.Gear(z=30, m_n=3 * mm, alpha_n=20 * deg, b=25 * mm, d_bore=30 * mm)
 SUN_PAIR = fem.GearPair(GEAR, GEAR, a=90 * mm)
@@ -52,6 +52,9 @@ def planetary_box(
 
 
 PIN = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e6, damping_time=2e-5)
+NEEDLE = exugear.RollingBearing.needle(
+    Z=18, D_w=3 * mm, D_pw=25 * mm, L_we=20 * mm, clearance=10 * um, guidance=1e7, damping_time=2e-5
+)
 
 
 def planar_box(

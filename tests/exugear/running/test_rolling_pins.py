@@ -2,16 +2,13 @@
 
 import numpy as np
 import pytest
-from planetary_boxes import GEAR, helical_box, planar_box
+from planetary_boxes import GEAR, NEEDLE, helical_box, planar_box
 
 import exugear
 from exugear import RollingBearing
 from fem.units import mm, um
 
 OPTIONS = {"progress": False, "checks": 0}
-NEEDLE = RollingBearing.needle(
-    Z=18, D_w=3 * mm, D_pw=25 * mm, L_we=20 * mm, clearance=10 * um, guidance=1e7, damping_time=2e-5
-)
 
 
 @pytest.mark.parametrize(("held", "driving"), [("ring", "sun"), ("carrier", "sun"), ("ring", "carrier")])

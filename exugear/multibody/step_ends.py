@@ -1,0 +1,158 @@
+"""The expected end of a step of the integrator, at which forces are evaluated in its first call.
+
+What Exudyn does. Newmark's rule with gamma = 1/2 begins Newton's iteration of each step at q + h v + h^2 (1/2 - beta) a
+and v + h/2 a with the accelerations a of its beginning, as if those at its end were 0, and keeps the matrix of the
+iteration over many steps. The first iteration solves M a + f(q, v) + J a = 0 for the accelerations at the end, with the
+share J = beta h^2 df/dq + gamma h df/dv of each force f in the kept matrix. Of what is linear J is exact, and the
+iteration ends at the solution. A rolling bearing that carries, a pin that orbits with its carrier and the mesh of such
+a planet have other slopes there than in the kept matrix.
+
+Predictor. From the velocities in the first call and in the last one before follow the accelerations at the beginning of
+the step, a_n = 2 (v - v_last) / h, and from three of them those to expect at its end, a* = 3 a_n - 3 a_n-1 + a_n-2. The
+first call of a step returns
+
+    f(q + beta h^2 a*, v + gamma h a*) - J a*,
+
+with which the first iteration ends where the equations linearized about a* have their solution, but for the error of J
+times a - a*. All further calls return the force in their state, so that the residual that ends the iteration is true: a
+poor guess costs an iteration and no accuracy. The error of a* is that of the third difference, (2 sin(w h / 2))^3 of a
+motion at w: it helps for w h < pi / 3, above which runs have little; higher differences save nothing more.
+
+Iterations a step of planetary sets, to 1e-10 of the forces, fall from 2.5 to 2.1 with a held carrier, from 3.2 to 2.1
+where the sun drives and from 3.65 to 2.8 where the carrier drives, in the plane and in space; of shafts on rolling
+bearings at a resonance from 1.87 to 1.81 (9 balls) and from 2.20 to 2.13 (14 rollers), over linear extrapolation.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import carray
+
+from exugear.mesh_force.kernel_records import record_type
+from exugear.multibody.addresses import address_of, as_tuple, doubles_at, put_all, reader
+from exugear.planning.integrator_and_step import GAMMA, Rule
+from fem.support.numba_cache import compiled
+
+#: Difference of two times from a step, over the step, up to which they are one step apart.
+SAME_STEP = 0.01
+#: The steps of a force on n coordinates. duration: of a step [s], 0 without predictor; displacement and rate per
+#: acceleration at the end of a step [s^2, s]; time of the last call [s]; predicts: 1 in the first call of a step;
+#: known: 1 once accelerations are. Addresses of coordinates and velocities (2 n) of the last call and of this one, of
+#: accelerations (3, n) expected, of the step before and of the one before that; of the share (n, n) in the matrix of
+#: Newton's iteration, force per acceleration; of room for forces (n).
+STEP_ENDS = record_type(
+    *((name, "f8") for name in ("duration", "by_acceleration", "rate_by_acceleration", "last_time")),
+    *((name, "f8") for name in ("predicts", "known")),
+    *((name, "i8") for name in ("last", "state", "accelerations", "matrix", "forces")),
+)
+step_ends_at = reader(STEP_ENDS)
+#: Key under which a system keeps the `StepEnds` of its forces.
+KEY = "step ends"
+
+
+class StepEnds:
+    """What a force on n coordinates needs to be evaluated at the expected ends of steps.
+
+    record   `STEP_ENDS`, whose address kernels read
+    matrix   (n, n) share of the force in the matrix of Newton's iteration
+    """
+
+    def __init__(self, n: int):
+        self.record, self.matrix = np.zeros(1, STEP_ENDS)[0], np.zeros((n, n))
+        self.last, self.state, self.forces = np.zeros(2 * n), np.zeros(2 * n), np.zeros(n)
+        self.accelerations = np.zeros((3, n))
+        for name in ("last", "state", "accelerations", "matrix", "forces"):
+            self.record[name] = getattr(self, name).ctypes.data
+        self.address = address_of(self.record)
+
+    def follow(self, rule: Rule | None) -> None:
+        """Predict the steps of a rule from the next call on; None: no further step. Earlier steps are forgotten."""
+        self.record.duration, self.record.last_time, self.record.predicts = 0.0, np.nan, 0.0
+        self.record.known, self.matrix[:] = 0.0, 0.0
+        if rule is not None:
+            h = rule.step
+            self.record.by_acceleration, self.record.rate_by_acceleration = rule.beta * h**2, GAMMA * h
+            self.record.duration = h
+
+    def note(self, matrix: np.ndarray) -> None:
+        """Note the share (n, n) of the force in the matrix of Newton's iteration."""
+        if self.record["duration"]:
+            self.matrix[:] = matrix
+
+
+def keep_step_ends(mbs, ends: Sequence[StepEnds]) -> None:
+    """Let a system keep further step ends, which follow the steps of its runs."""
+    mbs.variables[KEY] = [*step_ends_of(mbs), *ends]
+
+
+def step_ends_of(mbs) -> list[StepEnds]:
+    """The step ends that a system keeps."""
+    return dict(mbs.variables).get(KEY, [])
+
+
+@compiled
+def accelerations_at(address):
+    """Accelerations expected at the end of a step, one behind the other; address: of `STEP_ENDS`."""
+    return doubles_at(step_ends_at(address).accelerations)
+
+
+@compiled
+def expect_step_end(address, t, x):
+    """Note coordinates and velocities x (2 n) of a call; in the first of a step, what accelerations to expect.
+
+    address   of `STEP_ENDS`, or 0
+    """
+    if address == 0:
+        return
+    ends, n = step_ends_at(address), len(x) // 2
+    h, apart = ends.duration, abs(t - ends.last_time - ends.duration)
+    if h == 0.0 or not apart < SAME_STEP * h:
+        if t != ends.last_time:
+            ends.known = 0.0
+        ends.last_time, ends.predicts = t, 0.0
+        put_all(ends.last, x)
+        return
+    ends.last_time, ends.predicts = t, 1.0
+    put_all(ends.state, x)
+    last, state = carray(doubles_at(ends.last), 2 * n), carray(doubles_at(ends.state), 2 * n)
+    a = carray(doubles_at(ends.accelerations), (3, n))
+    for i in range(n):
+        now = 2.0 * (state[n + i] - last[n + i]) / h
+        if ends.known == 0.0:
+            a[1, i] = a[2, i] = now
+        a[0, i] = 3.0 * (now - a[1, i]) + a[2, i]
+        a[2, i], a[1, i] = a[1, i], now
+    ends.known = 1.0
+
+
+@compiled
+def at_step_end(address, t, x):
+    """Coordinates and velocities x (2 n) at the expected end of a step in its first call, else as they are."""
+    if address == 0:
+        return x
+    expect_step_end(address, t, x)
+    ends, n = step_ends_at(address), len(x) // 2
+    if ends.predicts == 0.0:
+        return x
+    state, a = carray(doubles_at(ends.state), 2 * n), doubles_at(ends.accelerations)
+    for i in range(n):
+        state[i] += ends.by_acceleration * a[i]
+        state[n + i] += ends.rate_by_acceleration * a[i]
+    return as_tuple(state, len(x))
+
+
+@compiled
+def for_newton(address, forces):
+    """Forces (n) at the expected end of a step with their share in the kept matrix; else as they are."""
+    if address == 0:
+        return forces
+    ends, n = step_ends_at(address), len(forces)
+    if ends.predicts == 0.0:
+        return forces
+    put_all(ends.forces, forces)
+    total, matrix = carray(doubles_at(ends.forces), n), carray(doubles_at(ends.matrix), (n, n))
+    expected = doubles_at(ends.accelerations)
+    for i in range(n):
+        for j in range(n):
+            total[i] += matrix[i, j] * expected[j]
+    return as_tuple(total, len(forces))
