@@ -42,7 +42,8 @@ PACKAGES = ("exudyn", "numpy", "scipy", "numba", "xarray", "scikit-fem", "matplo
 
 def inputs(data: xr.Dataset) -> Section:
     """Operating conditions, shafts, meshes and gears of a run."""
-    tables, pairs = [_conditions(data), _shafts(data.attrs), _parts(data.attrs), _meshes(data)], {}
+    tables = [_conditions(data), _shafts(data.attrs), _parts(data.attrs), _meshes(data)]
+    pairs: dict[GearPair | None, list[str]] = {}
     for stage in data["stage"].values.tolist():
         pairs.setdefault(stage_pair(data, stage), []).append(stage)
     for pair, stages in pairs.items():
