@@ -132,8 +132,9 @@ def _draw_shafts(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]
         ax.plot([], [], label=label, **line)
     ax.set_ylabel("z [mm]")
     many = len(shafts) > MANY_SHAFTS
-    turned: dict[str, Any] = {"rotation": 45, "ha": "right"} if many else {}
-    ax.set_xticks(positions, [shaft.name for shaft in shafts], **turned)
+    ax.set_xticks(positions, [shaft.name for shaft in shafts])
+    for name in ax.get_xticklabels() if many else ():
+        name.set(rotation=45, ha="right")
     legend(ax, **{} if many else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": 4})
 
 
