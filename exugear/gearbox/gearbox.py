@@ -20,7 +20,7 @@ from exugear.gearbox.gear_train import (
     traverse,
     traverse_shafts,
 )
-from exugear.gearbox.housing import Housing, Seat, check_seats
+from exugear.gearbox.housing import Housing, Seat, check_seats, seat_label
 from exugear.gearbox.inner_planets import InnerPlanets
 from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
@@ -118,8 +118,8 @@ class Gearbox:
         self._check_elastic_rings()
         self._check_mates()
         self._check_item_names()
-        self._check_housing()
         self._place_shafts()
+        self._check_housing()
         self._check_elastic_carriers()
         self._check_loads()
         by_name = {shaft.name: shaft for shaft in self.shafts}
@@ -458,10 +458,9 @@ class Gearbox:
             return
         require(isinstance(self.housing, Housing), f"housing must be an exugear.Housing, got {text_of(self.housing)}")
         check_seats(self.housing, self.shafts)
-        carried = any(stage.carrier for stage in self.stages)
-        require(
-            not carried, "housing: seats of planetary sets are not built yet; leave it out, or model the stages apart"
-        )
+        orbiting = [seat_label(seat) for seat in self.housing.seats if seat[0] in self.planets]
+        on_carrier = f"housing has the seats {orbiting} of planets, whose pins orbit with their carrier"
+        require(not orbiting, f"{on_carrier}; their stiffness is that of Planetary(carrier_stiffness=)")
 
     def _check_mates(self) -> None:
         meshes = [frozenset(stage.ends) for stage in self.stages]

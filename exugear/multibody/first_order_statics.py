@@ -162,7 +162,9 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
         shift = max((np.abs(x[:3]).max() for x in displaced), default=0.0)
         tilt = max((np.abs(x[3:]).max(initial=0.0) for x in displaced), default=0.0)
         if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
-            far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {abs(force):.4g} N"
+            external = sum(np.linalg.norm(x.wrench[:3]) for s in mesh.stage.shafts for _, x in s.forces)
+            under = f"{abs(force):.4g} N" + f" and external forces of {external:.4g} N" * bool(external)
+            far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {under}"
             raise NoEquilibrium(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
 
 

@@ -112,6 +112,6 @@ def _on_ground(gearbox: Gearbox) -> str:
         seat_label((shaft.name, axial))
         for shaft in gearbox.shafts
         for axial in shaft.bearings
-        if seat_number(gearbox.housing, shaft.name, axial) is None
+        if seat_number(gearbox.housing, shaft.name, axial) is None and shaft.name not in gearbox.planets
     ]
     return f"; bearings {', '.join(ground)} stand on ground" if ground else ""

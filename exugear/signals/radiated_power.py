@@ -61,8 +61,7 @@ def radiated_power(
     length = round(1 / (resolution * step))
     short = f"run must last 2 / resolution = {2 / resolution:g} s or longer, it lasts {time[-1] - time[0]:.4g} s"
     require(time.size >= 2 * length >= 16, f"{short}; take a larger resolution")
-    modal = np.sqrt(np.diagonal(reduced.stiffness)[PER_SEAT * number :]).max() / (2 * np.pi)
-    last = TOLD * modal if highest is None else highest
+    last = TOLD * reduced.highest_mode if highest is None else highest
     require(last > 0, f"highest must be > 0 Hz, got {last:g}")
     frequency = np.fft.rfftfreq(length, step)
     chosen = np.flatnonzero((frequency > 0) & (frequency <= last))

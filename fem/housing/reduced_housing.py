@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from fem.support.arguments import Finite, Numbers, checked
+from fem.support.user_warning import warn_user
 from fem.support.validation import require, require_finite, text_of
 
 __all__ = ["ReducedHousing"]
@@ -64,6 +65,11 @@ class ReducedHousing:
         return len(self.stiffness) - PER_SEAT * len(self.centres)
 
     @property
+    def highest_mode(self) -> float:
+        """Frequency [Hz] of the highest mode while the seats stand, beyond which responses lack modes."""
+        return float(np.sqrt(np.diagonal(self.stiffness)[PER_SEAT * len(self.centres) :].max()) / (2 * pi))
+
+    @property
     def seat_stiffness(self) -> np.ndarray:
         """(6 n, 6 n) static stiffness between the seats."""
         n = PER_SEAT * len(self.centres)
@@ -79,7 +85,7 @@ class ReducedHousing:
     def response(self, frequency: Numbers, forces: Amplitudes, *, damping_ratio: Finite = 0.02) -> np.ndarray:
         """(n_frequency, 6 n + m) complex amplitudes of the coordinates under harmonic forces on the seats.
 
-        frequency      (n_frequency,) > 0 [Hz]
+        frequency      (n_frequency,) > 0 [Hz]; a warning says so where the reduction has no modes any more
         forces         (n_frequency, 6 n) amplitudes of forces and moments on the seats [N, N m]; may be complex
         damping_ratio  of the housing, in [0, 0.5): a loss factor of twice that
         """
@@ -90,6 +96,9 @@ class ReducedHousing:
         shape = f"forces must be ({at.size}, {n}), 6 for each of {len(self.centres)} seats, got {pushed.shape}"
         require(pushed.shape == (at.size, n), shape)
         require_finite("forces", np.abs(pushed))
+        beyond = f"frequency {at.max():.4g} Hz lies beyond the modes of the reduction, the highest at"
+        if at.max() > self.highest_mode:
+            warn_user(f"{beyond} {self.highest_mode:.4g} Hz: the response lacks those above; reduce with more modes=")
         load = np.zeros((at.size, len(self.stiffness)), complex)
         load[:, :n] = pushed
         stiffness = (1 + 2j * damping_ratio) * self.stiffness

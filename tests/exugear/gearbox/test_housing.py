@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy
 from paper_gears import paper_gear, paper_pair
+from planetary_boxes import GEAR, PIN, RING_PAIR, planetary
 from scenes import smooth_map
 
 import exugear
@@ -127,6 +128,51 @@ def test_a_stiffness_may_come_from_a_file(tmp_path):
 def test_wrong_housings_are_refused_in_words(seats, stiffness, words):
     with pytest.raises(ValueError, match=words):
         exugear.Housing(seats, stiffness)
+
+
+SEATS_OF_SET = [(name, 0.0) for name in ("sun", "ring", "carrier")]
+
+
+def set_on(housing: exugear.Housing | None) -> exugear.Gearbox:
+    """A planetary set on bearings, its sun pushed aside."""
+    push, sizes = exugear.ExternalForce(x=300.0, y=100.0), {"inertia": 0.02, "mass": 5.0}
+    shafts = {
+        "sun": exugear.Shaft("sun", {0.0: [GEAR, PIN, push]}),
+        "ring": exugear.Shaft("ring", {0.0: [RING_PAIR.wheel, PIN]}, **sizes),
+        "carrier": exugear.Shaft("carrier", {0.0: PIN}, **sizes),
+    }
+    return exugear.Gearbox([planetary(pin=PIN, **shafts)], held="ring", housing=housing)
+
+
+def run_of_set(housing: exugear.Housing | None) -> exugear.Run:
+    options = {"duration": 0.01, "step": 1e-5, "sample": 1e-5, "progress": False, "checks": 0, "power": True}
+    return exugear.run_up(exugear.build(set_on(housing)), speed=(60.0, 70.0), load=100.0, **options)
+
+
+@pytest.mark.slow
+def test_a_very_stiff_housing_gives_the_run_of_a_set_without_housing():
+    stiff = exugear.Housing(SEATS_OF_SET, np.diag(np.tile([1e13] * 3 + [1e11] * 3, 3)))
+    on_stiff, without = (run_of_set(x).data for x in (stiff, None))
+    for name in ("dte", "bearing_force"):
+        np.testing.assert_allclose(on_stiff[name], without[name], atol=1e-5 * np.abs(without[name].values).max())
+
+
+@pytest.mark.slow
+def test_a_set_on_a_housing_has_closed_books_and_bears_in_statics_as_in_the_run():
+    housing = exugear.Housing(SEATS_OF_SET, soft_stiffness()[:18, :18], damping_time=2e-5)
+    run = run_of_set(housing)
+    balance = run.energy_balance()
+    assert abs(balance.residual) < 1e-6 * abs(balance.work_in)
+    statics = exugear.load_distribution(set_on(housing), load=100.0, mesh_stiffness=20e9)["bearing_force"]
+    members = [f"{name} at 0 mm" for name, _ in SEATS_OF_SET]
+    of_run, of_statics = (x.sel(bearing=members).sum("bearing") for x in (run.data["bearing_force"], statics))
+    np.testing.assert_allclose(of_statics[:2], [-300.0, -100.0], atol=1.0)
+    np.testing.assert_allclose(of_run[:2].mean("time"), [-300.0, -100.0], atol=5.0)
+
+
+def test_seats_of_planets_belong_to_their_carrier():
+    with pytest.raises(ValueError, match="carrier_stiffness"):
+        set_on(exugear.Housing([("planet 1", 0.0)], np.eye(6)))
 
 
 def test_a_seat_needs_a_bearing():
