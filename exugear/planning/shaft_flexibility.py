@@ -87,8 +87,13 @@ class Errors(NamedTuple):
         return self.excess < 1
 
     def __str__(self) -> str:
-        dte, forces = (f"{near:.2g} % (at most {far:.2g} %)" for near, far in 100 * np.array(self))
+        dte, forces = (f"{_percent(near)} (at most {_percent(far)})" for near, far in self)
         return f"{dte} in the DTE" + (f", {forces} in bearing forces" if self.bearing[1] else "")
+
+
+def _percent(error: float) -> str:
+    """An error to two digits, without an exponent."""
+    return f"{float(f'{100 * error:.2g}'):g} %"
 
 
 class Response(NamedTuple):
