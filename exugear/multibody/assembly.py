@@ -396,15 +396,20 @@ def add_hold(mbs, body: int, inertia: float, coordinates: Coordinates) -> None:
     never carries a torque: static solves need it for a regular matrix.
     """
     markers = [_ground_marker(mbs), spin_marker(mbs, body, coordinates.spin_index)]
-    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=HELD_OMEGA**2 * inertia))
+    add_spring(mbs, markers, HELD_OMEGA**2 * inertia)
 
 
 def add_torque_supports(mbs, body: int, shaft: Shaft, coordinates: Coordinates) -> None:
     """Add the torsional springs between a shaft and the housing."""
     for support in shaft.torque_supports:
         markers = [_ground_marker(mbs), spin_marker(mbs, body, coordinates.spin_index)]
-        k, c = support.torsion, support.damping_time * support.torsion
-        mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=k, damping=c))
+        add_spring(mbs, markers, support.torsion, support.damping_time * support.torsion)
+
+
+def add_spring(mbs, markers: list[int], stiffness: float, damping: float = 0.0, name: str = "") -> None:
+    """Add a spring [N m/rad] and damper [N m s/rad] between two spins, which pictures leave out."""
+    data = {"stiffness": stiffness, "damping": damping, "visualization": eii.VCoordinateSpringDamper(show=False)}
+    mbs.AddObject(eii.CoordinateSpringDamper(name=name, markerNumbers=markers, **data))
 
 
 def _ground_marker(mbs) -> int:
@@ -427,8 +432,7 @@ def add_rotors(mbs, shaft: Shaft, body: int, coordinates: Coordinates) -> dict[s
         inner = spin_marker(mbs, rotors[rotor.body], 0) if rotor.body in rotors else None
         inner = spin_marker(mbs, body, coordinates.spin_index) if inner is None else inner
         k, c, markers = rotor.coupling.torsion, rotor.coupling.damping, [inner, spin_marker(mbs, number, 0)]
-        spring = eii.CoordinateSpringDamper(name=rotor.spring, markerNumbers=markers, stiffness=k, damping=c)
-        mbs.AddObject(spring)
+        add_spring(mbs, markers, k, c, rotor.spring)
         rotors[rotor.name] = number
     return rotors
 
