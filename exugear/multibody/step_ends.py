@@ -28,8 +28,8 @@ from collections.abc import Sequence
 import numpy as np
 from numba import carray
 
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import address_of, as_tuple, doubles_at, put_all, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import address_of, as_tuple, put_all, reader
 from exugear.planning.integrator_and_step import GAMMA, Rule
 from fem.support.numba_cache import compiled
 
