@@ -16,7 +16,7 @@ from exugear.multibody.elastic_shafts import add_matrices, further_node
 from exugear.multibody.recorder import BodyRecorder
 from fem.support.numba_cache import compiled
 
-#: A `Ring`: numbers of its modes and of values around it, addresses of its arrays, and its numbers.
+#: A `Ring`: numbers of its modes and of values around it, addresses of its arrays, and its scalars.
 RING = record_type(
     *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping")),
     *((name, "i8") for name in ("state", "along", "forces")),
