@@ -105,7 +105,7 @@ def spatial_frame(pair, phase: float, direction: int, axial, reference, **values
 
     axial       (2,) axial positions of the gears on their bodies [m]
     reference   (2, 6) reference coordinates of the bodies
-    values      further fields of the frame, as of `nominal_line`
+    values      further fields of the frame, also instead of those of the reference configuration
     """
     radii = pair.pinion.r_b, pair.wheel.r_b
     pinion, wheel = (

@@ -34,8 +34,8 @@ class BodyKind(NamedTuple):
     """A kind of body that carries a gear.
 
     name            in messages
-    code            for compiled code: kinds below `RXYZ` turn about z of the contact frame alone, those beyond it do
-                    not count their turns
+    code            for compiled code: kinds below `RXYZ` spin about z of the contact frame, those beyond it do not
+                    count their turns
     components      that are its coordinates, in their order: 0, 1, 2 of the displacement, 3 to 6 of the rotation, of
                     which 5 is the spin of kinds up to `RXYZ`
     angular_rates   (3, 3) rates per time derivative of its rotational coordinates (3), where the former are no
@@ -54,7 +54,7 @@ class BodyKind(NamedTuple):
 
     @property
     def turns_about_z(self) -> bool:
-        """Whether it turns about z of the contact frame alone."""
+        """Whether it spins about z of the contact frame."""
         return self.code < RXYZ
 
     @property
@@ -108,7 +108,7 @@ def coordinates_of(x, i, kind):
 
 @compiled
 def on_coordinates(kind, forces):
-    """Generalized forces on the coordinates of a body, then others, of those (7) on all components."""
+    """Generalized forces (7) whose first are those on the coordinates of a body, from those (7) on all components."""
     c = COMPONENTS[kind]
     return forces[c[0]], forces[c[1]], forces[c[2]], forces[c[3]], forces[c[4]], forces[c[5]], forces[c[6]]
 

@@ -75,7 +75,7 @@ class RollingBearing:
         require(stiff, unit)
 
     def __getstate__(self) -> dict:
-        """The fields alone: the compiled laws are made anew, which takes less than to send them to another process."""
+        """The fields alone: the laws are made anew, which takes less time than to send them to another process."""
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     def __repr__(self) -> str:

@@ -295,7 +295,7 @@ def of_two(teeth, single, block, a, b, penetration, largest_force):
     """`Potential` of two tooth pairs without increments or centroids, most states of spur gears.
 
     From loads by the nearest nodes a step of Newton's method ends so near to the solution that whole potentials there,
-    and their slopes, are mostly evaluated once: the law takes .57 of the time of `solve` and `summed`.
+    and their slopes, are mostly evaluated once: the law takes 0.57 times the time of `solve` and `summed`.
     """
     c, c_s = coupling(teeth, 0, int(b.s - a.s + 0.5), a.s)
     advance(a, b, step_of_two(a.stiffness, b.stiffness, c, (c * b.load, c * a.load)))

@@ -22,12 +22,10 @@ from exugear.mesh_force.offset_interpolation import (
     weights,
 )
 from exugear.mesh_force.patches import (
-    EDGE_SIZE,
-    NODE_SIZE,
     along_phase,
-    edge_behind,
+    edge,
     load_cell,
-    node_behind,
+    nodes_of,
     patch,
     phase_cell,
     quintic,
@@ -75,10 +73,8 @@ NO_SLOPES = BlockSlopes(ZEROS, 0.0, 0.0, 0.0, 0.0, ZEROS, 0.0)
 @compiled
 def bends_of_edge(table, block, cell):
     """Second derivatives by the phase of unloaded deflection and largest penetration [m per square pitch]."""
-    first, n = table.edges_start, table.phase_steps
     square, bend = table.steps_in_pitch * table.steps_in_pitch, hermite_bend_weights(cell.share)
-    a = edge_behind(table, first + EDGE_SIZE * (block * n + cell.low))
-    b = edge_behind(table, first + EDGE_SIZE * (block * n + cell.high))
+    a, b = edge(table, block, cell.low), edge(table, block, cell.high)
     return (
         square * weighted(bend, a.unloaded, a.unloaded_slope, b.unloaded, b.unloaded_slope),
         square * weighted(bend, a.largest, a.largest_slope, b.largest, b.largest_slope),
@@ -89,12 +85,8 @@ def bends_of_edge(table, block, cell):
 def over_u(table, start, block, cell, load):
     """`SecondOrder` over u and the phase of a patch of the nodes that begin at start [bytes from the head]."""
     w = patch(table, start, block, cell, load)
-    number, n = table.penetration_steps + 1, table.phase_steps
-    low, high = number * (block * n + cell.low) + load.low, number * (block * n + cell.high) + load.low
+    a, b, c, d = nodes_of(table, start, block, cell, load.low)
     bend = hermite_bend_weights(cell.share)
-    a, b = node_behind(table, start + NODE_SIZE * low), node_behind(table, start + NODE_SIZE * high)
-    low, high = low + 1, high + 1
-    c, d = node_behind(table, start + NODE_SIZE * low), node_behind(table, start + NODE_SIZE * high)
     at_low, at_high = along_phase(bend, a, b), along_phase(bend, c, d)
     by_phases = table.steps_in_pitch * table.steps_in_pitch * quintic(load.share, at_low, at_high)[0]
     return SecondOrder(w.value, w.by_u, w.by_phase, w.by_uu, w.by_phase_u, by_phases)

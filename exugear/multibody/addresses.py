@@ -18,7 +18,7 @@ from fem.support.numba_cache import compiled
 
 #: The function for kernels: (array, n) -> its n floats as a tuple.
 as_tuple: Any = ndarray.to_fixed_tuple
-doubles_at, floats_at, integers_at = (pointer_to(kind) for kind in (types.float64, types.float32, types.int64))
+floats_at, integers_at = pointer_to(types.float32), pointer_to(types.int64)
 
 
 def address_of(record: np.record | None) -> int:

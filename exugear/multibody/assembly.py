@@ -63,9 +63,10 @@ HELD_OMEGA = 100.0
 class Construction(NamedTuple):
     """A system under construction, and what it is built from.
 
-    bare_mbs, ground   Exudyn's system, and the object in it that stands
-    gearbox, scene     and the plan of the gearbox
-    on_seats           bearings whose seats move
+    bare_mbs   Exudyn's system
+    ground     number of its object that stands
+    scene      plan of the gearbox
+    on_seats   bearings whose seats move
     """
 
     bare_mbs: Any

@@ -25,8 +25,8 @@ from exugear.gearbox.bearing_law import (
 from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
 from exugear.gearbox.seats_on_shafts import DragBetween
 from exugear.gearbox.shaft import Shaft
-from exugear.mesh_force.kernel_records import record_of, record_type, start_of
-from exugear.multibody.addresses import address_of, doubles_at, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_of, record_type, start_of
+from exugear.multibody.addresses import address_of, reader
 from exugear.multibody.direct_call import direct
 from exugear.multibody.rolling_bearings import add_rolling_bearing, law_at
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept

@@ -33,11 +33,12 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
     matrix = system.mass + steps.deflection * system.stiffness + steps.rate * system.damping
     accelerations = np.linalg.solve(matrix, row)
     steps.compliance = row @ accelerations
-    steps.mobility, steps.lag = (mesh.mobility, lag_of(rule)) if lag_of(rule) else (0.0, 0.0)
+    lag = lag_of(rule)
+    steps.mobility, steps.lag = mesh.mobility if lag else 0.0, lag
     by_bearings = np.zeros((2, mesh.row.size))
     if mesh.stage.carrier and mesh.stage.carrier.name in model.gearbox.carriers_of_pins:
-        # The directions in which pins and bearings push turn with the carrier: they are no part of the guess, which is
-        # the acceleration expected of the bodies, or of those that cannot tell it that of the last step.
+        # The directions in which pins and bearings push turn with the carrier: the guess leaves their forces out. It is
+        # the acceleration expected of the bodies; without `STEP_ENDS` that of the last step, corrected by the mesh.
         steps.compliance = 0.0 if state_of(model.bare_mbs, mesh.contact)["ends"] else steps.compliance
         return
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
@@ -129,16 +130,16 @@ def _with_added(model: Model, mesh: Mesh, mass: np.ndarray, damping: np.ndarray)
 def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator[None]:
     """`lag_corrected` for the meshes of a system as it is in the steps of the rule."""
     loops = len(model.meshes) >= len(model.bodies)
-    predicted = rule if rule.spectral_radius is None else None
+    lag, predicted = lag_of(rule), rule if rule.spectral_radius is None else None
     for ends in step_ends_of(model.bare_mbs):
         ends.follow(predicted)
     bearings = bearing_tangents(model, np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL)))
     for pin in model.pins:
-        pin.record.lag = lag_of(rule)
+        pin.record.lag = lag
     for mesh in meshes:
         state = state_of(model.bare_mbs, mesh.contact)
-        state.lag, state.mobility = lag_of(rule) * mesh.mobility, 0.0 if loops else mesh.mobility
-        state.pinion_lag, state.wheel_lag = np.split(lag_of(rule) * mesh.acceleration_by_bearings, 2)
+        state.lag, state.mobility = lag * mesh.mobility, 0.0 if loops else mesh.mobility
+        state.pinion_lag, state.wheel_lag = np.split(lag * mesh.acceleration_by_bearings, 2)
         state["steps"] = np.zeros((), STEPS)
         state.steps.last_time = np.nan
         if rule.spectral_radius is None:

@@ -65,7 +65,7 @@ PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 LONGEST_MESSAGE = 1000
 
 #: What Exudyn calls (contact) and what Python calls (call). A vector<double> is three pointers: begin, end, capacity.
-#: The kernel is compiled at the first call: a model that is drawn, or whose modes are computed, does without.
+#: The kernel is compiled at the first call: a model that is drawn does without, and modes compile contacts alone.
 ASSEMBLY = """
 @compiled = internal global ptr null
 define ptr @contact(ptr %forces, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t) {{

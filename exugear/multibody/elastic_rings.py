@@ -10,13 +10,13 @@ from numba import carray
 from exugear.contact.elastic_ring import Ring, spacings
 from exugear.gearbox.elastic_ring import ElasticRing, Waves
 from exugear.gearbox.gearbox import Gearbox
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import doubles_at, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import reader
 from exugear.multibody.elastic_shafts import add_matrices, further_node
 from exugear.multibody.recorder import BodyRecorder
 from fem.support.numba_cache import compiled
 
-#: A `Ring`: numbers of its modes and of values around it, addresses of its arrays, and its numbers.
+#: A `Ring`: numbers of its modes and of values around it, addresses of its arrays, and its scalars.
 RING = record_type(
     *((name, "i8") for name in ("modes", "points", "table", "masses", "stiffness", "damping")),
     *((name, "i8") for name in ("state", "along", "forces")),

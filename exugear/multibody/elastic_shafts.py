@@ -20,8 +20,8 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_law import linear_part, radial_reaction, tangent_stiffness
 from exugear.gearbox.elastic_shaft import ElasticShaft
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import address_of, as_tuple, doubles_at, floats_at, integers_at, put_all, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import address_of, as_tuple, floats_at, integers_at, put_all, reader
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import node_of

@@ -48,12 +48,8 @@ def loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.n
 
     accelerations   (n_shaft,) of the shafts [rad/s^2]
     """
-    box, anchors, drags, by_name = (
-        model.gearbox,
-        conditions.anchors,
-        conditions.initial_drags,
-        by_shaft(model, accelerations),
-    )
+    box, anchors, drags = model.gearbox, conditions.anchors, conditions.initial_drags
+    by_name = by_shaft(model, accelerations)
     forces = forces_of_motion(box, conditions.initial_torques + drags, accelerations, anchors)
     rigid = motion_of(model, conditions.initial_angles)
     q = _displaced_on_bearings(model, forces) + rigid

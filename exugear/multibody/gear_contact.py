@@ -194,11 +194,10 @@ def user_functions(
     copy     of the contact, for its Jacobian
     beside   recorder, elastic ring and step ends, which live as long as the functions
     """
-    table, frame, state, _ = records
-    kernel, all_records = copy.kernel, (*records, beside[0].header)
+    (table, frame, state, _), (recorder, _, ends) = records, beside
+    kernel, all_records = copy.kernel, (*records, recorder.header)
     evaluate = partial(kernel, *map(address_of, all_records))
     sizes = [len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
-    ends = beside[2]
 
     def gear_contact(mbs, t, item, q, q_t):
         try:

@@ -12,8 +12,8 @@ from numba import carray
 
 from exugear.contact.body_motion import BodyMotion
 from exugear.gearbox.shaft import Coupling
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import address_of, doubles_at, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import address_of, reader
 from exugear.multibody.polynomial_pieces import piece_at, pieces_at
 from fem.support.numba_cache import apart, compiled, kept
 

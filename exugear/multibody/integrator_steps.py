@@ -30,7 +30,7 @@ costs an iteration and no accuracy. Iterations per step fall from 1.8 to 1.01 (s
 run by a factor 1.2 and 1.3.
 
 True rates. With beta = 1/12 the rule is of fourth order in q (Numerov; Fox & Goodwin 1949), but its velocities are
-trapezoidal sums, v + lag dv''/dt with lag = h^2 / 12 (Euler & Maclaurin). The damping force takes the rate without that
+trapezoidal sums, v + lag v'' with lag = h^2 / 12 (Euler & Maclaurin). The damping force takes the rate without that
 excess; it depends on the force itself, through the acceleration of the bodies, for which the equation is solved.
 
 Events. The rule takes forces to be smooth over a step. Where contact begins or ends, or the ramp of the damping does,
@@ -92,10 +92,9 @@ IN_MESH, OUT_OF_MESH, NOTED, HELD = 1.0, 0.0, 2.0, 3.0
 #: about z that act beside the mesh [N m]; addresses of their imposed motions (`exugear.multibody.imposed_motion`), 0
 #: without; inertias that the contact itself accelerates as imposed [kg m^2]. Addresses of an elastic ring
 #: (`exugear.multibody.elastic_rings.RING`) and of `STEP_ENDS` of the mesh of a planet that orbits, 0 without. steps:
-#: `STEPS`. Accelerations by elastic
-#: shafts of pinion and wheel in a step [m/s^2] (`exugear.multibody.elastic_shafts.MeshesInSteps`). For slopes
-#: (`exugear.multibody.contact_tangent`): numbers that the law gives, its stiffness [N/m], side of the flank and
-#: arguments of the law.
+#: `STEPS`. Accelerations by elastic shafts of pinion and wheel in a step [m/s^2]
+#: (`exugear.multibody.elastic_shafts.MeshesInSteps`). For slopes (`exugear.multibody.contact_tangent`): numbers that
+#: the law gives, its stiffness [N/m], side of the flank and arguments of the law.
 CONTACT_STATE = record_type(
     *((name, "f8") for name in ("engaged", "closed", "advance", "begin", "begins", "lag")),
     *(("pinion_lag", "f8", 6), ("wheel_lag", "f8", 6), ("mobility", "f8"), ("holding_force", "f8")),

@@ -16,7 +16,7 @@ from exugear.gearbox.bearing_law import linear_part
 from exugear.gearbox.elastic_housing import ElasticHousing
 from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.housing import PER_SEAT, Seat, bearing_on, seat_number
+from exugear.gearbox.housing import PER_SEAT, Seat, bearing_on, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.seats_on_shafts import share_of_carrying
 from exugear.gearbox.shaft import Shaft
@@ -24,6 +24,7 @@ from exugear.multibody.elastic_shafts import BuiltShaft, CageSpin, add_matrices,
 from exugear.multibody.exudyn_objects import node_of
 from exugear.multibody.recorder import BodyRecorder
 from exugear.planning.plan import Plan
+from fem.support.validation import require
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +79,15 @@ class SeatMotion(NamedTuple):
 
 
 def moving_seats(gearbox: Gearbox, scene: Plan) -> list[Seat]:
-    """Bearings of a gearbox whose seats move in a run by a plan, beside those that static stiffness lets yield."""
+    """Bearings of a gearbox whose seats move in a run by a plan, beside those that static stiffness lets yield.
+
+    ValueError for a cage that rolls on a shaft that only spins, whose turns the kernels do not count.
+    """
     moves = {name for name, kind in scene.shafts.items() if kind.on_bearings}
+    for seat, (on, _) in gearbox.between.items():
+        follows = on in moves or on in gearbox.held or not share_of_carrying(bearing_on(gearbox.ends, seat))
+        rolls = f"between: the cage of the bearing {seat_label(seat)} rolls on shaft {on!r}, too, which only spins"
+        require(follows or seat[0] not in moves, f"{rolls}; give {on!r} bearings, or leave rolling() out")
     on_shafts = [seat for seat, (on, _) in gearbox.between.items() if seat[0] in moves and on in moves]
     if scene.elastic_housing is None:
         return on_shafts

@@ -337,14 +337,14 @@ def pin_matrices(pin: Pin, q: Sequence[float], n: int, angle: float) -> tuple[np
     else:
         tangent = pin_tangent(pin, q, n, angle)
         matrices = tangent, pin.bearing.damping_time * tangent
-    slopes, rows = _slopes(pin, q, n), slice(0, pin.recorder.components)
-    stiffness, damping = (slopes.T @ matrix[rows, rows] @ slopes for matrix in matrices)
+    slopes = _slopes(pin, q, n)
+    stiffness, damping = (_between(pin, slopes, matrix) for matrix in matrices)
     return stiffness, damping
 
 
 def steepest_matrix(pin: Pin, q: Sequence[float], n: int) -> np.ndarray:
     """(n + m, n + m) what the steepest stiffness of a rolling bearing adds to its tangent; arguments as above."""
-    return _between(pin, q, n, pin.stiffness[:5, :5] - pin_tangent(pin, q, n, float(q[n - 1])))
+    return _between(pin, _slopes(pin, q, n), pin.stiffness[:5, :5] - pin_tangent(pin, q, n, float(q[n - 1])))
 
 
 def pin_potential(pin: Pin, q: np.ndarray, n: int) -> tuple[float, np.ndarray, np.ndarray]:
@@ -357,9 +357,9 @@ def pin_potential(pin: Pin, q: np.ndarray, n: int) -> tuple[float, np.ndarray, n
     return energy, slopes.T @ gradient, slopes.T @ hessian @ slopes
 
 
-def _between(pin: Pin, q: Sequence[float], n: int, matrix: np.ndarray) -> np.ndarray:
+def _between(pin: Pin, slopes: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """(n + m, n + m) matrix between carrier and planet of that (5, 5) over the motion of the planet against its pin."""
-    slopes, rows = _slopes(pin, q, n), slice(0, pin.recorder.components)
+    rows = slice(0, pin.recorder.components)
     return slopes.T @ matrix[rows, rows] @ slopes
 
 

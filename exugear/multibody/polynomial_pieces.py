@@ -3,8 +3,8 @@
 import numpy as np
 from numba import carray
 
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import doubles_at, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import reader
 from fem.support.numba_cache import compiled
 
 #: Polynomials between knots: their number, addresses of knots (number + 1) and coefficients

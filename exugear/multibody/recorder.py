@@ -7,8 +7,8 @@ from types import MappingProxyType
 import numpy as np
 
 from exugear.contact.rotation import BodyKind
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import doubles_at, floats_at, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import floats_at, reader
 from fem.support.arguments import checked
 from fem.support.numba_cache import apart, compiled
 from fem.support.validation import require, set_fields

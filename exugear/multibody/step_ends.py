@@ -2,16 +2,16 @@
 
 What Exudyn does. Newmark's rule with gamma = 1/2 begins Newton's iteration of each step at q + h v + h^2 (1/2 - beta) a
 and v + h/2 a with the accelerations a of its beginning, as if those at its end were 0, and keeps the matrix of the
-iteration over many steps. The first iteration solves M a + f(q, v) + J a = 0 for the accelerations at the end, with the
-share J = beta h^2 df/dq + gamma h df/dv of each force f in the kept matrix. Of what is linear J is exact, and the
-iteration ends at the solution. A rolling bearing that carries, a pin that orbits with its carrier and the mesh of such
-a planet have other slopes there than in the kept matrix.
+iteration over many steps. The first iteration solves (M + J) a = f(q, v) for the accelerations at the end, with the
+share J = -beta h^2 df/dq - gamma h df/dv of each force f on the coordinates in the kept matrix. Of what is linear J is
+exact, and the iteration ends at the solution. A rolling bearing that carries, a pin that orbits with its carrier and
+the mesh of such a planet have other slopes there than in the kept matrix.
 
 Predictor. From the velocities in the first call and in the last one before follow the accelerations at the beginning of
 the step, a_n = 2 (v - v_last) / h, and from three of them those to expect at its end, a* = 3 a_n - 3 a_n-1 + a_n-2. The
 first call of a step returns
 
-    f(q + beta h^2 a*, v + gamma h a*) - J a*,
+    f(q + beta h^2 a*, v + gamma h a*) + J a*,
 
 with which the first iteration ends where the equations linearized about a* have their solution, but for the error of J
 times a - a*. All further calls return the force in their state, so that the residual that ends the iteration is true: a
@@ -28,8 +28,8 @@ from collections.abc import Sequence
 import numpy as np
 from numba import carray
 
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import address_of, as_tuple, doubles_at, put_all, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import address_of, as_tuple, put_all, reader
 from exugear.planning.integrator_and_step import GAMMA, Rule
 from fem.support.numba_cache import compiled
 
@@ -37,9 +37,9 @@ from fem.support.numba_cache import compiled
 SAME_STEP = 0.01
 #: The steps of a force on n coordinates. duration: of a step [s], 0 without predictor; displacement and rate per
 #: acceleration at the end of a step [s^2, s]; time of the last call [s]; predicts: 1 in the first call of a step;
-#: known: 1 once accelerations are. Addresses of coordinates and velocities (2 n) of the last call and of this one, of
-#: accelerations (3, n) expected, of the step before and of the one before that; of the share (n, n) in the matrix of
-#: Newton's iteration, force per acceleration; of room for forces (n).
+#: known: 1 once accelerations are. Addresses of coordinates and velocities (2 n) of the last call and of this one; of
+#: accelerations (3, n): those expected, those of the last step and of the step before it; of the share J (n, n) in the
+#: matrix of Newton's iteration; of room for forces (n).
 STEP_ENDS = record_type(
     *((name, "f8") for name in ("duration", "by_acceleration", "rate_by_acceleration", "last_time")),
     *((name, "f8") for name in ("predicts", "known")),
@@ -54,7 +54,7 @@ class StepEnds:
     """What a force on n coordinates needs to be evaluated at the expected ends of steps.
 
     record   `STEP_ENDS`, whose address kernels read
-    matrix   (n, n) share of the force in the matrix of Newton's iteration
+    matrix   (n, n) share J of the force in the matrix of Newton's iteration
     """
 
     def __init__(self, n: int):
@@ -75,7 +75,7 @@ class StepEnds:
             self.record.duration = h
 
     def note(self, matrix: np.ndarray) -> None:
-        """Note the share (n, n) of the force in the matrix of Newton's iteration."""
+        """Note the share J (n, n) of the force in the matrix of Newton's iteration."""
         if self.record["duration"]:
             self.matrix[:] = matrix
 
@@ -92,7 +92,7 @@ def step_ends_of(mbs) -> list[StepEnds]:
 
 @compiled
 def accelerations_at(address):
-    """Accelerations expected at the end of a step, one behind the other; address: of `STEP_ENDS`."""
+    """Pointer to the accelerations (n) expected at the end of a step; address: of `STEP_ENDS`."""
     return doubles_at(step_ends_at(address).accelerations)
 
 
@@ -143,7 +143,7 @@ def at_step_end(address, t, x):
 
 @compiled
 def for_newton(address, forces):
-    """Forces (n) at the expected end of a step with their share in the kept matrix; else as they are."""
+    """Forces (n) at the expected end of a step plus J a*; in other calls as they are."""
     if address == 0:
         return forces
     ends, n = step_ends_at(address), len(forces)

@@ -4,10 +4,10 @@ from functools import cache
 from math import floor, pi
 
 import numpy as np
-from numba import carray, types
+from numba import carray
 
-from exugear.mesh_force.kernel_records import pointer_to, record_type
-from exugear.multibody.addresses import address_of, doubles_at, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import address_of, integers_at, reader
 from exugear.multibody.integrator_steps import state_at
 from exugear.multibody.polynomial_pieces import piece_at, pieces_at, pieces_record
 from exugear.multibody.recorder import header_at, sample_of, store
@@ -27,7 +27,7 @@ SHAFT_TORQUE = record_type(
 ANGLE_STEP, SPEED_STEP = 1e-6, 1e-3
 #: Size of the coefficients of a piece [bytes].
 PIECE_SIZE = 32
-torque_at, addresses_at = reader(SHAFT_TORQUE), pointer_to(types.int64)
+torque_at = reader(SHAFT_TORQUE)
 
 
 def torque_record(table: TorqueTable, direction: int, sense: int, states, factors) -> tuple[np.record, tuple]:
@@ -36,13 +36,13 @@ def torque_record(table: TorqueTable, direction: int, sense: int, states, factor
     states    of the contacts whose holding force depends on the torque
     factors   mesh force per torque about z, of each contact [1/m]
     """
-    pieces, points = pieces_record(table.cubic.knots, table.cubic.coefficients)
+    pieces, arrays = pieces_record(table.cubic.knots, table.cubic.coefficients)
     addresses, per_torque = np.array([address_of(state) for state in states], np.int64), np.array(factors, float)
     record = np.zeros(1, SHAFT_TORQUE)[0]
     record.variable, record.direction, record.sense = table.variable, direction, sense
     record.table, record.meshes = address_of(pieces), len(addresses)
     record.states, record.factors = addresses.ctypes.data, per_torque.ctypes.data
-    return record, (pieces, points, addresses, per_torque)
+    return record, (pieces, arrays, addresses, per_torque)
 
 
 @compiled
@@ -73,7 +73,7 @@ def apply_torque(record, recorder, t, angle, speed):
     """The torque about z; adds its change to the forces that the meshes expect to hold, and records the sample."""
     shaft = torque_at(record)
     torque = torque_about_z(shaft, t, angle, speed)
-    states, factors = carray(addresses_at(shaft.states), shaft.meshes), carray(doubles_at(shaft.factors), shaft.meshes)
+    states, factors = carray(integers_at(shaft.states), shaft.meshes), carray(doubles_at(shaft.factors), shaft.meshes)
     for i in range(shaft.meshes):
         state = state_at(states[i])
         state.holding_force += factors[i] * (torque - shaft.torque)

@@ -12,11 +12,10 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 from numba import carray
-from numba.np.unsafe import ndarray
 
 from exugear.gearbox.shaft_loads import Unbalance
-from exugear.mesh_force.kernel_records import record_type
-from exugear.multibody.addresses import address_of, doubles_at, put_all, reader
+from exugear.mesh_force.kernel_records import doubles_at, record_type
+from exugear.multibody.addresses import address_of, as_tuple, put_all, reader
 from exugear.multibody.direct_call import direct
 from fem.support.numba_cache import kept
 
@@ -26,8 +25,6 @@ UNBALANCE = record_type(
     *(("spin", "i8"), ("moment", "f8"), ("angle", "f8")), *((name, "i8") for name in ("rows", "state", "forces"))
 )
 unbalance_at = reader(UNBALANCE)
-#: The function for kernels: (array, n) -> its n floats as a tuple.
-as_tuple: Any = ndarray.to_fixed_tuple
 
 
 def add_unbalance(mbs, nodes: Sequence[Any], rows: np.ndarray, spin: int, unbalance: Unbalance) -> None:

@@ -1,7 +1,7 @@
 """The lag of the velocities of the fourth-order rule, and true rates of what has been recorded.
 
 Newmark's rule with beta = 1/12 is of fourth order in the coordinates, but its velocities are trapezoidal sums of the
-accelerations: they lack step^2 / 12 times their own second derivative (`exugear.multibody.integrator_steps`).
+accelerations: v + lag v'' instead of v, with lag = step^2 / 12 (`exugear.multibody.integrator_steps`).
 """
 
 from collections.abc import Callable
@@ -18,8 +18,9 @@ FIRST_TWO = np.array([[45, -154, 214, -156, 61, -10], [10, -15, -4, 14, -6, 1]])
 
 def lag_of(rule: Rule | None) -> float:
     """step^2 / 12 [s^2] for the fourth-order rule, whose q_t - lag d2(q_t)/dt2 is of fourth order, too; else 0."""
-    fourth_order = rule is not None and rule.beta == BETA and rule.spectral_radius is None
-    return rule.step**2 / 12 if rule and fourth_order else 0.0
+    if rule is None or rule.beta != BETA or rule.spectral_radius is not None:
+        return 0.0
+    return rule.step**2 / 12
 
 
 def true_rates_by(rule: Rule, time: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

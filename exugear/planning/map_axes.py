@@ -98,12 +98,11 @@ def composed_words(law: MeshForce) -> str:
     """How a law over a long period is composed, and its error; "" where its table holds all pitches."""
     if law.teeth is None:
         return ""
-    of_law = law.teeth
-    errors = "error not checked"
-    if isfinite(of_law.error_rms):
-        added = f" where deviations add {of_law.added_rms / um:.2g} um" if of_law.added_rms > 0 else ""
-        states = f"at most {of_law.error / um:.2g} um in states solved whole"
-        errors = f"error {of_law.error_rms / um:.2g} um rms{added}, {states}"
+    teeth, errors = law.teeth, "error not checked"
+    if isfinite(teeth.error_rms):
+        added = f" where deviations add {teeth.added_rms / um:.2g} um" if teeth.added_rms > 0 else ""
+        states = f"at most {teeth.error / um:.2g} um in states solved whole"
+        errors = f"error {teeth.error_rms / um:.2g} um rms{added}, {states}"
     tabulated = 1.6e6 * law.pitches * (2 if law.table.head.has_centroid else 1)
     return f" composed of single tooth pairs, {errors} (a table of all pitches would have {tabulated / 1e6:.4g} MB)"
 

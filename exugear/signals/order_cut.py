@@ -190,7 +190,11 @@ def _warn_of_changes(cut: xr.Dataset, shortest: float, by_default: bool) -> None
 
 @one_thread()
 def cut_of(
-    signal: xr.DataArray, orders: Numbers, revolutions: float | None = None, overlap=OVERLAP, frequencies: Numbers = ()
+    signal: xr.DataArray,
+    orders: Numbers,
+    revolutions: float | None = None,
+    overlap: float = OVERLAP,
+    frequencies: Numbers = (),
 ) -> xr.Dataset:
     """`order_cut` without a warning, with the estimates of the shortest windows in place of NaN beside their reason."""
     require_signal(signal)

@@ -24,7 +24,7 @@ NEWTON_STEPS, SHORTEST = 12, 1e-8
 OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
 #: Angle between a flank and the line of action beyond which it is out of reach, before the gear has turned once.
 TURNED_AWAY = pi / 2
-#: Numba's type of `FlankSections`.
+#: Numba's type of sections of a flank.
 FLANK_SECTIONS = types.NamedTuple((types.int64[::1], types.float64[::1], types.float64[::1]), FlankSections)
 
 

@@ -55,6 +55,7 @@ def between_segments(edges, end, depth, mirrored):
     return total
 
 
+#: `between_segments` where a kernel calls it: the code that Python calls.
 between_in_kernels = on_demand(types.float64[:, ::1], types.float64[::1], types.float64, types.float64, types.boolean)(
     between_segments
 )

@@ -65,7 +65,7 @@ def read_table(
     rows: dict[int, list[float]] = {}
     for number, line in enumerate(_text(path).replace('"', "").splitlines(), start=1):
         where, is_remark = f"line {number} of {path}", line.lstrip().startswith("#")
-        if not columns and "[" in line and not (is_remark and _is_other(line, units)):
+        if not columns and "[" in line and not (is_remark and _names_no_column(line, units)):
             columns, separator = _columns(line.strip("# \t"), where, units)
             missing = [name for name in units if name not in columns and name not in optional]
             require(not missing, f"{where} lacks the columns {missing}; the header must hold: {header}")
@@ -136,8 +136,8 @@ def _header(units: Mapping[str, str], optional: Iterable[str]) -> str:
     return ", ".join(needed) + (f"; columns that may follow: {', '.join(further)}" if further else "")
 
 
-def _is_other(remark: str, units: Mapping[str, str]) -> bool:
-    """Whether a remark with brackets names no column, and so is no header."""
+def _names_no_column(remark: str, units: Mapping[str, str]) -> bool:
+    """Whether a remark with brackets is no header, as none of its names is that of a column."""
     return not any(name.strip("# \t") in units for name, _ in COLUMN.findall(remark))
 
 

@@ -37,10 +37,10 @@ def reverted(pilot=BALL, on_fast=BALL, between=PILOT, sections: bool = False) ->
     return exugear.Gearbox(stages, between=between)
 
 
-def unlike(pilot) -> exugear.Gearbox:
+def unlike(pilot, on_fast=BALL) -> exugear.Gearbox:
     """The same with 50 and 70 teeth in the second stage, so that the output is slower than the input."""
     lay_gear, out_gear = (fem.Gear(z=z, m_n=2.5 * mm, b=23 * mm, d_bore=60 * mm) for z in (50, 70))
-    fast = exugear.Shaft("fast", {0.0: BALL, 40 * mm: paper_gear(), 100 * mm: BALL})
+    fast = exugear.Shaft("fast", {40 * mm: paper_gear()} | ({0.0: on_fast, 100 * mm: on_fast} if on_fast else {}))
     lay = exugear.Shaft("lay", {0.0: BALL, 40 * mm: paper_gear(), 170 * mm: lay_gear, 210 * mm: BALL})
     out = exugear.Shaft("out", {130 * mm: pilot, 170 * mm: out_gear, 210 * mm: BALL})
     law = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
@@ -165,6 +165,11 @@ def test_efficiency_counts_drag_between_shafts():
 def test_what_cannot_be_is_refused_in_words(between, words):
     with pytest.raises(ValueError, match=words):
         reverted(between=between)
+
+
+def test_a_cage_does_not_roll_on_a_shaft_that_only_spins():
+    with pytest.raises(ValueError, match="rolls on shaft 'fast', too, which only spins; give 'fast' bearings"):
+        exugear.build(unlike(rolling().rolling(), on_fast=None))
 
 
 def test_an_elastic_shaft_needs_an_end_of_a_section_at_the_seat():

@@ -20,7 +20,6 @@ from fem.elasticity.rim_bending import rim_bending
 from fem.elasticity.rim_harmonics import rim_harmonics
 from fem.elasticity.section_mesh import flank_hats
 from fem.gear.tooth_profile import tangent_angle
-from fem.reference.nonlinear import contact_problem
 from fem.units import deg, mm, um
 
 COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
@@ -163,7 +162,7 @@ def test_whole_face_of_a_spur_ring_on_bolts_is_twice_its_half():
     all_teeth, te = density.with_teeth(abs(pair.wheel.z), behind=0), []
     for half in (True, False):
         pinion = deformable_gear(pair.pinion, density, ElementHex1(), half=half)
-        problem = contact_problem(
+        problem = fem.nonlinear.contact_problem(
             mating(pair, pinion, deformable_gear(pair.wheel, all_teeth, ElementHex1(), half=half))
         )
         te.append(balanced(problem, 0.2, 40 / pair.pinion.r_b).te)
