@@ -409,8 +409,9 @@ def add_torque_supports(mbs, body: int, shaft: Shaft, coordinates: Coordinates) 
 
 def add_spring(mbs, markers: list[int], stiffness: float, damping: float = 0.0, name: str = "") -> None:
     """Add a spring [N m/rad] and damper [N m s/rad] between two spins, which pictures leave out."""
-    data = {"stiffness": stiffness, "damping": damping, "visualization": eii.VCoordinateSpringDamper(show=False)}
-    mbs.AddObject(eii.CoordinateSpringDamper(name=name, markerNumbers=markers, **data))
+    item: Any = eii.CoordinateSpringDamper(name=name, markerNumbers=markers, stiffness=stiffness, damping=damping)
+    item.visualization["show"] = False
+    mbs.AddObject(item)
 
 
 def _ground_marker(mbs) -> int:
