@@ -1,7 +1,6 @@
 """`fem.nonlinear` of pinions in rings: gaps at rest, balance, and the confirmation of compliance and contact."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -10,15 +9,10 @@ from mating_gears import deformable_gear, gaps_of, mating, unbalanced_force
 from raw_twin import balanced, problem_of
 from ring_gears import bolted, helical_ring_pair, planet, ring, ring_pair, thin_ring_pair, wind_turbine_stage
 from skfem import ElementHex1, ElementHex2, ElementQuad2
-from twins import plane_twin
-from whole_section import solid_prism
+from twins import plane_twin, yield_by_bending
 
 import fem
 from fem import Density
-from fem.elasticity.flank_compliance import flank_forces, lines_across
-from fem.elasticity.rim_bending import rim_bending
-from fem.elasticity.rim_harmonics import rim_harmonics
-from fem.elasticity.section_mesh import flank_hats
 from fem.gear.tooth_profile import tangent_angle
 from fem.units import deg, mm, um
 
@@ -187,19 +181,6 @@ def yield_of_solid(gear: fem.Gear, density: Density) -> float:
     deformable = deformable_gear(gear, density, ElementHex2())
     load = even_load(deformable)
     return float((load * deformable.solver()(load[..., None])[..., 0]).sum())
-
-
-def yield_by_bending(gear: fem.Gear, density: Density) -> float:
-    """What supports add to the displacement of the flank under its even load [m/N], as in a map, on the same mesh."""
-    prism, arcs = solid_prism(gear, density, "any"), flank_hats(gear, density)
-    harmonics = rim_harmonics(replace(prism, clamped=False), density, partial(flank_forces, gear=gear, arcs=arcs))
-    flank = harmonics["flank"].reshape(-1, 2, 2, prism.spread.shape[1], arcs.size)
-    rim = rim_bending(harmonics, flank, gear.support, abs(gear.r_clamp), prism.face.share, abs(gear.z))
-    axial = prism.face.positions(lines_across(gear, density, gear.b)[0])
-    of_hats = [np.trapezoid(np.eye(x.size), x, axis=1) / np.ptp(x) for x in (axial, arcs)]
-    load = np.multiply.outer(*of_hats).ravel()
-    modes = rim.modes(0.0, range(1)).normal.reshape(-1, load.size) @ load
-    return float(modes @ modes + load @ harmonics["free"][0] @ load)
 
 
 @pytest.mark.slow
