@@ -37,8 +37,9 @@ UNITS = {
 FACTORS = {unit: factor for units in UNITS.values() for unit, factor in units.items()}
 #: A column of a header: its name, and its unit in brackets.
 COLUMN = re.compile(r"([^\[\],;]+?)\s*\[([^\[\]]*)\]")
-#: What separates the numbers of a line, by what separates the columns of its header, the first that there is.
-SEPARATORS = {";": re.compile(r"\s*;\s*"), ",": re.compile(r"\s*,\s*|\s+"), "": re.compile(r"\s+")}
+#: What separates the numbers of a line, by what separates the columns of its header, the first that there is; beside
+#: semicolons a comma before a digit may be a decimal one.
+SEPARATORS = {";": re.compile(r"\s*;\s*|\s*,\s+|\s+"), ",": re.compile(r"\s*,\s*|\s+"), "": re.compile(r"\s+")}
 Columns = dict[str, np.ndarray]
 
 
