@@ -19,8 +19,6 @@ from exugear.planning.eigenmodes import tracked
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import increasing, numbers, require
 
-#: Mesh frequencies of a set that differ less are the same.
-SAME_FREQUENCY = 1e-9
 #: Number of speeds between two given ends, largest number of speeds, and largest harmonic.
 SPEEDS, MOST_SPEEDS, HARMONICS = 61, 10_000, 100
 
@@ -28,16 +26,16 @@ SPEEDS, MOST_SPEEDS, HARMONICS = 61, 10_000, 100
 class Order(NamedTuple):
     """A harmonic of a mesh or a shaft.
 
-    name    with its harmonic
-    ratio   cycles per turn of the driving shaft
-    mesh    the stage of the mesh, or the first of a set and how many more; "" of a shaft
-    stages  numbers of the stages that the order excites: of meshes of a set all, of a shaft all of the gearbox
+    name      with its harmonic
+    ratio     cycles per turn of the driving shaft
+    stage     number of the stage of a mesh, None for a shaft
+    carrier   name of the carrier of a mesh in a planetary set, else ""
     """
 
     name: str
     ratio: float
-    mesh: str
-    stages: Sequence[int]
+    stage: int | None
+    carrier: str = ""
 
 
 class Crossing(NamedTuple):
@@ -46,7 +44,7 @@ class Crossing(NamedTuple):
     speed          of the driving shaft [rad/s]
     frequency      [Hz]
     order, mode    their numbers
-    energy_share   of the mode's strain energy in the meshes of the order, in all meshes for an order of a shaft
+    energy_share   of the mode's strain energy in the mesh of the order, in all meshes for an order of a shaft
     """
 
     speed: float
@@ -57,22 +55,15 @@ class Crossing(NamedTuple):
 
 
 def orders_of(model: Model, harmonics: int) -> list[Order]:
-    """Mesh orders up to a harmonic, then the rotation of each shaft; meshes of a set with one frequency are one."""
-    box, meshes = model.gearbox, list[tuple[float, list[int]]]()
-    for number, (stage, ratio) in enumerate(zip(box.stages, 2 * pi * model.mesh_cycles, strict=True)):
-        for known, members in meshes:
-            of_set = stage.carrier is not None and box.stages[members[0]].carrier is stage.carrier
-            if of_set and np.isclose(known, ratio, rtol=SAME_FREQUENCY):
-                members.append(number)
-                break
-        else:
-            meshes.append((float(ratio), [number]))
-    orders = []
-    for ratio, stages in meshes:
-        label = box.labels[stages[0]] + (f" and {len(stages) - 1} more" if len(stages) > 1 else "")
-        orders += [Order(f"{h} x mesh {label}", h * ratio, label, stages) for h in range(1, harmonics + 1)]
-    every = range(len(box.stages))
-    return orders + [Order(f"shaft {name}", abs(ratio), "", every) for name, ratio in box.ratios.items()]
+    """Mesh orders up to a harmonic, stage by stage, then the rotation of each shaft; of equal shafts the first."""
+    box = model.gearbox
+    of_stages = list(zip(box.labels, 2 * pi * model.mesh_cycles, strict=True))
+    meshes = [
+        Order(f"{h} x mesh {label}", h * float(ratio), i, carrier.name if (carrier := box.stages[i].carrier) else "")
+        for i, (label, ratio) in enumerate(of_stages)
+        for h in range(1, harmonics + 1)
+    ]
+    return meshes + [Order(f"shaft {name}", abs(ratio), None) for name, ratio in box.ratios.items()]
 
 
 def crossings(orders: list[Order], speed: np.ndarray, frequency: np.ndarray, mesh_share: np.ndarray) -> list[Crossing]:
@@ -86,7 +77,7 @@ def crossings(orders: list[Order], speed: np.ndarray, frequency: np.ndarray, mes
     for mode, line in enumerate(frequency):
         for number, order in enumerate(orders):
             distance = scipy.interpolate.PchipInterpolator(speed, line - order.ratio * speed / (2 * pi))
-            share = mesh_share[mode][:, order.stages].sum(axis=-1)
+            share = mesh_share[mode].sum(axis=-1) if order.stage is None else mesh_share[mode, :, order.stage]
             for root in distance.roots(discontinuity=False, extrapolate=False) if line.any() else ():
                 if root > 0:
                     at = float(np.interp(root, speed, share))
@@ -131,10 +122,10 @@ def campbell(
     damping_ratio        (mode, speed)
     mesh_energy_share    (mode, speed, stage) of the strain energy, in every mesh
     order_ratio          cycles per turn of the driving shaft; the frequency of an order is order_ratio speed / 2 pi
-    order_stage          stage of a mesh order, "" for the rotation of a shaft; meshes of a planetary set with the same
-                         frequency are one: "sun-planet 1 and 5 more"
+    order_stage          stage of a mesh order, "" for the rotation of a shaft
+    order_carrier        carrier of a mesh order of a planetary set, else ""
     crossing_speed       [rad/s], rising, with crossing_frequency [Hz], crossing_order, crossing_mode, and
-                         crossing_energy_share: in the meshes of the order, in all meshes for the rotation of a shaft
+                         crossing_energy_share: in the mesh of the order, in all meshes for the rotation of a shaft
 
     A crossing is a resonance only if its order excites the mode: look for a large crossing_energy_share. Stiffness does
     not depend on the speed. The state of the system is restored afterwards. Raises ValueError as `exugear.modes`.
@@ -157,7 +148,7 @@ def _dataset(system: LinearSystem, speeds: np.ndarray, lines: list[Any], orders:
     """The labelled result, from the modes at each speed."""
     frequency = np.array([modes.omega for modes in lines]).T / (2 * pi)
     shares = np.stack([energy_shares(system, modes) for modes in lines], axis=1)[..., : len(system.stages)]
-    stages = [order.mesh for order in orders]
+    stages = [system.stages[order.stage] if order.stage is not None else "" for order in orders]
     met = crossings(orders, speeds, frequency, shares)
     hertz, share = {"units": "Hz", "long_name": "natural frequency"}, {"units": "1"}
     variables: dict[str, tuple] = {
@@ -170,6 +161,7 @@ def _dataset(system: LinearSystem, speeds: np.ndarray, lines: list[Any], orders:
         "mesh_energy_share": (("mode", "speed", "stage"), shares, share | {"long_name": "share of the strain energy"}),
         "order_ratio": ("order", [o.ratio for o in orders], {"long_name": "cycles per turn of the drive"} | share),
         "order_stage": ("order", stages, {"long_name": "stage of a mesh order", "units": ""}),
+        "order_carrier": ("order", [o.carrier for o in orders], {"long_name": "carrier of a mesh order", "units": ""}),
     }
     coords = {
         "mode": np.arange(1, frequency.shape[0] + 1),

@@ -70,12 +70,15 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
 
 def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
     """Lines of the orders with their harmonics where they leave the frame; a colour for each mesh frequency."""
-    speed, stages = data["speed"].values, list(dict.fromkeys(filter(None, data["order_stage"].values.tolist())))
+    speed, meshes = data["speed"].values, _meshes_by_frequency(data)
+    stages = list(meshes)
     ax.plot([], [], color=MODE, linewidth=1.1, label="modes")
     labelled = set()
     for name, ratio, stage in zip(*(data[x].values for x in ("order", "order_ratio", "order_stage")), strict=True):
+        if stage and stage not in meshes:
+            continue
         colour = DISTINCT[stages.index(stage) % len(DISTINCT)] if stage else SHAFT_ORDER
-        label = f"orders of mesh {stage}" if stage else "rotation of shafts"
+        label = f"orders of mesh {meshes[stage]}" if stage else "rotation of shafts"
         frequency, style = ratio * speed / (2 * pi), "--" if stage else ":"
         shown = None if label in labelled else label
         ax.plot(speed / rpm, frequency, style, color=colour, linewidth=1.0, label=shown)
@@ -87,6 +90,19 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
             at = end / rpm, ratio * end / (2 * pi)
             text = ax.annotate(f"{str(name).split(' ')[0]}x", at, offset, textcoords="offset points", color=colour)
             text.set(va=alignment, fontsize="small")
+
+
+def _meshes_by_frequency(data: xr.Dataset) -> dict[str, str]:
+    """The first of the meshes of a planetary set with the same frequency, and what names all of them."""
+    orders: dict[tuple[str, str], list[str]] = {}
+    names = ("order_stage", "order_carrier", "order_ratio")
+    for stage, carrier, ratio in zip(*(data[name].values.tolist() for name in names), strict=True):
+        if stage:
+            orders.setdefault((stage, carrier or stage), []).append(f"{ratio:.9g}")
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for (stage, carrier), ratios in orders.items():
+        alike.setdefault((carrier, *ratios), []).append(stage)
+    return {first: first + (f" and {len(others)} more" if others else "") for first, *others in alike.values()}
 
 
 @checked

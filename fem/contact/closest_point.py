@@ -13,8 +13,8 @@ from fem.support.numba_cache import kept_unchecked, unchecked
 from fem.support.on_demand import on_demand
 
 #: Number of positions on a modified profile, with steps shorter than reliefs; number of rounds of the search around the
-#: closest position, which halve the step: to 5e-5 of a flank.
-SAMPLES, ROUNDS = 41, 9
+#: closest position, and positions in a round: steps shrink by 8 in each round, to 1e-5 of a flank.
+SAMPLES, ROUNDS, AROUND = 41, 3, 17
 #: Step along the profile from the mate's tip corner to the slope of the gap there [modules].
 EDGE_STEP = 0.01
 
@@ -69,26 +69,20 @@ def _smallest_gaps(mesh, sections):
         first[i] = first_roll(mesh, sections[i])
         step[i] = (sections[i].tip - first[i]) / (SAMPLES - 1)
         closest[0, i], closest[1, i], closest[2, i] = first[i], 0.0, inf
-    rolls = np.empty((n, SAMPLES + 1 if modified else 1))
-    for i in range(n):
-        rolls[i, -1] = _on_flank(sections[i].nominal, first[i], sections[i])
-        for k in range(rolls.shape[1] - 1):
-            rolls[i, k] = _on_flank(first[i] + step[i] * k, first[i], sections[i])
-    _take_smallest(mesh, sections, rolls, closest)
-    beside = np.empty((n, 2))
-    for _ in range(ROUNDS if modified else 0):
+    for search in range(1 + ROUNDS if modified else 1):
+        m = AROUND if search else SAMPLES + 1 if modified else 1
+        rolls = np.empty((n, m))
         for i in range(n):
-            step[i] /= 2
-            beside[i, 0] = _on_flank(closest[0, i] - step[i], first[i], sections[i])
-            beside[i, 1] = _on_flank(closest[0, i] + step[i], first[i], sections[i])
-        _take_smallest(mesh, sections, beside, closest)
+            low, high = first[i], sections[i].tip
+            for k in range(m):
+                roll = closest[0, i] + step[i] * (2 * k / (AROUND - 1) - 1) if search else low + step[i] * k
+                rolls[i, k] = min(max(roll, low), high)
+            if search == 0:
+                rolls[i, m - 1] = min(max(sections[i].nominal, low), high)
+            else:
+                step[i] *= 2 / (AROUND - 1)
+        _take_smallest(mesh, sections, rolls, closest)
     return closest
-
-
-@unchecked
-def _on_flank(roll, first, at):
-    """A roll length [m], within those from the mate's tip corner to the host's tip."""
-    return min(max(roll, first), at.tip)
 
 
 @unchecked
