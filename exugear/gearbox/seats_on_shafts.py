@@ -85,11 +85,11 @@ def _check_carried(shafts: Mapping[str, Shaft], seats: Mapping[Seat, Seat]) -> N
     require(not floating, f"between: shafts {floating} carry one another alone; give one of them a bearing on ground")
 
 
-def share_of_carrying(bearing: Bearing | RollingBearing) -> float:
-    """Spin of the bearing's own shaft that turns its cage as much as a unit spin of the shaft that carries the seat.
+def carrying_spin_factor(bearing: Bearing | RollingBearing) -> float:
+    """Turns of the shaft in a bearing that turn its cage as much as a turn of the shaft that carries the seat.
 
-    Elements roll on both rings: the cage turns by c phi + (1 - c) phi_carrying, with the cage's turns c per turn of the
-    own shaft alone. 0 of bearings whose cage stands.
+    Elements roll on both rings: the cage turns by c phi + (1 - c) phi_carrying, c per turn of the shaft while the seat
+    stands, which is c (phi + factor phi_carrying). 0 of bearings whose cage stands.
     """
     if not (isinstance(bearing, RollingBearing) and bearing.cage_rolls):
         return 0.0

@@ -40,9 +40,9 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     element_pressure
                likewise of each element, over `element`, the first on the x axis, row after row; NaN beyond their number
 
-    The outer ring stands, of planets on pins the inner one; between shafts rings turn against each other, and a life is
-    NaN where they do not. Elements share the load as in statics, with the cage as it stands at the start. Raises
-    ValueError for runs without tilts of rolling bearings.
+    The outer ring stands, in the bearings of planets on pins the inner ring. Both rings of a bearing between shafts
+    turn; its life counts their turns against each other, and is NaN where there are none. Elements share the load as in
+    statics, with the cage as it stands at the start. Raises ValueError for runs without tilts of rolling bearings.
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
     require(len(runs) > 0, "run must be a run or a list of them, got an empty list")

@@ -146,7 +146,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
         for number in range(len(gearbox.stages))
     ]
     for stage, contact in zip(gearbox.stages, contacts, strict=True):
-        _let_elastic_shafts_read(mbs, elastics, stage, contact)
+        _let_contact_read_shafts(mbs, elastics, stage, contact)
     add_housing(mbs, gearbox, scene, bodies.shafts, elastics)
     seats = add_moving_seats(mbs, gearbox, scene, bodies.shafts, elastics)
     end_markers = {
@@ -254,7 +254,7 @@ def _add_elastic_shaft(
 
 
 def _add_contact(site: Construction, bodies: Bodies, number: int, ring: RingInMesh | None) -> AddedContact:
-    """Add the contact of a stage, by its number; ring: the elastic one that meshes in it, if any."""
+    """Add the contact of a stage, by its number; ring: the elastic ring in the mesh, if any."""
     mbs, gearbox = site.bare_mbs, site.gearbox
     label, stage = gearbox.labels[number], gearbox.stages[number]
     items, recorder = [bodies.shafts[shaft.name] for shaft in stage.shafts], Recorder()
@@ -274,8 +274,8 @@ def _add_contact(site: Construction, bodies: Bodies, number: int, ring: RingInMe
     return AddedContact(contact, recorder, frame, ring)
 
 
-def _let_elastic_shafts_read(mbs, elastics: Mapping[str, BuiltShaft], stage: Stage, contact: AddedContact) -> None:
-    """Let the elastic shafts of a stage read what its contact tells about their steps."""
+def _let_contact_read_shafts(mbs, elastics: Mapping[str, BuiltShaft], stage: Stage, contact: AddedContact) -> None:
+    """Let the contact of a stage read the accelerations that its elastic shafts compute in steps."""
     for side, shaft in enumerate((stage.fast, stage.slow)):
         if shaft.name in elastics:
             by_shafts = state_of(mbs, contact.number)["by_shafts"]

@@ -24,7 +24,7 @@ from exugear.mesh_force.kernel_records import doubles_at, record_type
 from exugear.multibody.addresses import address_of, as_tuple, floats_at, integers_at, put_all, reader
 from exugear.multibody.bearings_and_drags import points_of, radial_law_at, radial_record
 from exugear.multibody.direct_call import direct
-from exugear.multibody.exudyn_objects import node_of
+from exugear.multibody.exudyn_objects import assemble_in_state, node_of
 from exugear.multibody.recorder import BodyRecorder, header_at, sample_of
 from exugear.multibody.rolling_bearings import COORDINATES, law_at, reaction_in_step
 from exugear.multibody.step_ends import StepEnds, keep_step_ends
@@ -48,8 +48,10 @@ IN_STEP = record_type(*((name, "i8") for name in ("rows", "acceleration")))
 #: Addresses of a `RADIAL_LAW`, 0 of a rolling bearing, of whose `LAW` and `STEP_ENDS`, and of the rows (5, n) that
 #: measure the motion at the bearing; the `CageSpin`.
 BEARING = record_type(
-    *((name, "i8") for name in ("radial", "law", "ends", "rows", "spin", "carrying")), ("share", "f8")
+    *((name, "i8") for name in ("radial", "law", "ends", "rows", "spin", "carrying")), ("factor", "f8")
 )
+#: Key under which a system keeps the bodies that carry graphics, by the bodies of the gears of elastic shafts.
+GRAPHICS = "graphics of elastic shafts"
 elastic_at, bearing_at, in_step_at = reader(ELASTIC), reader(BEARING), reader(IN_STEP)
 BEARING_SIZE, IN_STEP_SIZE = BEARING.itemsize, IN_STEP.itemsize
 
@@ -162,8 +164,8 @@ def at_bearings(
 def add_bodies_of_gears(mbs, pose: list[float], elastic: ElasticShaft) -> dict[float, int]:
     """Add the bodies of the gears of an elastic shaft; pose: reference coordinates (6) of its centre of mass.
 
-    They have no mass of their own, as the matrices of the shaft contain it. Were they rigid bodies, Exudyn would
-    assemble the mass matrix of the whole system anew for each residual: a quarter more time in runs.
+    They have no mass: the matrices of the shaft contain it. Were they rigid bodies, Exudyn would assemble the mass
+    matrix of the whole system anew for each residual: a quarter more time in runs.
     """
     bodies: dict[float, int] = {}
     for axial in elastic.shaft.stations:
@@ -176,6 +178,24 @@ def add_bodies_of_gears(mbs, pose: list[float], elastic: ElasticShaft) -> dict[f
             data = {"inertia": 0.0, "nodeNumber": node, "referencePosition": pose[:3]}
             bodies[axial] = mbs.AddObject(eii.ObjectRotationalMass1D(name=name, **data))
     return bodies
+
+
+def graphics_body(mbs, body: int) -> int:
+    """The rigid body without mass on the node of a gear's body which carries the graphics of that; added when needed.
+
+    Graphics by a user function would do without it, but Exudyn's raytracer waits for them for ever.
+    """
+    carriers = mbs.variables.setdefault(GRAPHICS, {})
+    if body not in carriers:
+        item = eii.ObjectRigidBody(mass=0.0, inertia=[0.0] * 6, nodeNumber=node_of(mbs, body))
+        carriers[body] = mbs.AddObject(item)
+        assemble_in_state(mbs)
+    return carriers[body]
+
+
+def graphics_bodies(mbs) -> list[int]:
+    """Numbers of the bodies of a system that carry graphics alone."""
+    return [int(number) for number in dict(mbs.variables).get(GRAPHICS, {}).values()]
 
 
 def add_elastic_shaft(
@@ -215,19 +235,19 @@ def set_held(mbs, built: BuiltShaft, *, held: bool) -> None:
 
 
 class CageSpin(NamedTuple):
-    """The spin with which a cage rolls: that of the shaft, and a share of that of a shaft that carries the seat.
+    """The spin that turns a cage: that of the shaft, and that of the shaft that carries the seat times a factor.
 
     spin, carrying   indices of these spins among coordinates
-    share            0 where the seat stands
+    factor           0 where the seat stands (`exugear.gearbox.seats_on_shafts.carrying_spin_factor`)
     """
 
     spin: int
     carrying: int
-    share: float
+    factor: float
 
     def at(self, q: Sequence[float]) -> float:
         """The spin [rad] at coordinates (n,)."""
-        return q[self.spin] + self.share * q[self.carrying]
+        return q[self.spin] + self.factor * q[self.carrying]
 
 
 class NonlinearBearings(NamedTuple):
@@ -248,7 +268,7 @@ def nonlinear_bearings(
     for record, (rows, bearing, spin) in zip(records, nonlinear, strict=True):
         measuring = np.ascontiguousarray(rows[:5])
         record["rows"], ends = measuring.ctypes.data, None
-        record["spin"], record["carrying"], record["share"] = spin
+        record["spin"], record["carrying"], record["factor"] = spin
         if isinstance(bearing, RollingBearing):
             law, ends = bearing.record_of_runs(0.0), StepEnds(COORDINATES)
             record["law"], record["ends"] = address_of(law.record), ends.address
@@ -419,14 +439,14 @@ def write_forces(record, recorder, t, n):
         bearing = bearing_at(shaft.bearings + BEARING_SIZE * k)
         rows = carray(doubles_at(bearing.rows), (5, n))
         q, q_t = measured(rows, state, 0, n), measured(rows, state, n, n)
-        spin = state[bearing.spin] + bearing.share * state[bearing.carrying]
+        spin = state[bearing.spin] + bearing.factor * state[bearing.carrying]
         f = reaction_on_elastic(bearing, t, q, q_t, spin)
         for j in range(n):
             forces[j] += (
                 rows[0, j] * f[0] + rows[1, j] * f[1] + rows[2, j] * f[2] + rows[3, j] * f[3] + rows[4, j] * f[4]
             )
         forces[bearing.spin] += f[5]
-        forces[bearing.carrying] += bearing.share * f[5]
+        forces[bearing.carrying] += bearing.factor * f[5]
     for k in range(shaft.meshes):
         in_step, acceleration = in_step_at(shaft.in_steps + IN_STEP_SIZE * k), 0.0
         by_state = carray(doubles_at(in_step.rows), 2 * n)

@@ -161,7 +161,7 @@ def add_contact(
 ) -> int:
     """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`).
 
-    ring     elastic one, whose amplitudes follow the coordinates of the bodies
+    ring     elastic ring, whose amplitudes follow the coordinates of the bodies
     orbits   whether it orbits, as that of a planet on an elastic pin, which turns it away from its share in the matrix
              of Newton's iteration (`exugear.multibody.step_ends`)
     """

@@ -107,7 +107,7 @@ state_at = reader(CONTACT_STATE)
 
 
 def contact_state(ring: np.record | None = None) -> np.record:
-    """A new state: in mesh, velocities without lag, no call yet; ring: an elastic one, which must outlive the state."""
+    """A new state: in mesh, velocities without lag, no call yet; ring: `RING`, which must outlive the state."""
     state = np.zeros(1, CONTACT_STATE)
     state["engaged"], state["begin"], state["ring"] = IN_MESH, np.inf, address_of(ring)
     return state[0]

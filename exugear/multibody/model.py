@@ -21,7 +21,7 @@ from exugear.multibody.addresses import address_of
 from exugear.multibody.direct_call import call_path
 from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import BuiltRing
-from exugear.multibody.elastic_shafts import BuiltShaft, set_held
+from exugear.multibody.elastic_shafts import BuiltShaft, graphics_bodies, set_held
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.linearization import disengaged, set_motion
@@ -233,9 +233,10 @@ def require_model(model) -> None:
 
 
 def further_objects(model: BuiltSystem) -> list[int]:
-    """Numbers of the objects that were added to the built system."""
+    """Numbers of the objects that were added to the built system, graphics apart."""
     numbers = range(model.built[0], model.bare_mbs.systemData.NumberOfObjects())
-    return [number for number in numbers if number not in map(int, model.drive_items.numbers)]
+    known = {*map(int, model.drive_items.numbers), *graphics_bodies(model.bare_mbs)}
+    return [number for number in numbers if number not in known]
 
 
 def further_loads(model: BuiltSystem) -> list[int]:

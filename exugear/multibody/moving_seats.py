@@ -18,7 +18,7 @@ from exugear.gearbox.elastic_shaft import rigid_motion
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.housing import PER_SEAT, Seat, bearing_on, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.seats_on_shafts import share_of_carrying
+from exugear.gearbox.seats_on_shafts import carrying_spin_factor
 from exugear.gearbox.shaft import Shaft
 from exugear.multibody.elastic_shafts import BuiltShaft, CageSpin, add_matrices, further_node, nonlinear_bearings
 from exugear.multibody.exudyn_objects import node_of
@@ -85,7 +85,7 @@ def moving_seats(gearbox: Gearbox, scene: Plan) -> list[Seat]:
     """
     moves = {name for name, kind in scene.shafts.items() if kind.on_bearings}
     for seat, (on, _) in gearbox.between.items():
-        follows = on in moves or on in gearbox.held or not share_of_carrying(bearing_on(gearbox.ends, seat))
+        follows = on in moves or on in gearbox.held or not carrying_spin_factor(bearing_on(gearbox.ends, seat))
         rolls = f"between: the cage of the bearing {seat_label(seat)} rolls on shaft {on!r}, too, which only spins"
         require(follows or seat[0] not in moves, f"{rolls}; give {on!r} bearings, or leave rolling() out")
     on_shafts = [seat for seat, (on, _) in gearbox.between.items() if seat[0] in moves and on in moves]
@@ -198,7 +198,7 @@ def _cage_spin(gearbox: Gearbox, seat: BuiltSeat, spins: Mapping[str, int]) -> C
     spin = spins[seat.seat[0]]
     if seat.seat not in gearbox.between:
         return CageSpin(spin, spin, 0.0)
-    return CageSpin(spin, spins[gearbox.between[seat.seat][0]], share_of_carrying(seat.bearing))
+    return CageSpin(spin, spins[gearbox.between[seat.seat][0]], carrying_spin_factor(seat.bearing))
 
 
 def _at_seat(gearbox: Gearbox, housing: ElasticHousing | None, seat: Seat) -> np.ndarray:

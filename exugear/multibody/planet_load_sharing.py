@@ -88,8 +88,8 @@ def shared_among_planets(
     accelerations   (n_shaft,) of the shafts [rad/s^2], whose inertia torques decide which flanks carry, too
 
     Meshes have their secant stiffness; those that would pull are taken out, and the rest is solved again. Where planets
-    move on pins, or turn about axes that lie beside their carrier's, the deflections of the next iteration are those at
-    the coordinates of this one: to first order alone they miss more than light loads press.
+    move on pins, or turn about axes that lie beside their carrier's, each iteration takes the deflections at the
+    coordinates of the last: to first order alone they miss more than light loads press.
 
     Also returns the names of planets, and of other members beside pins, that carry nothing, each turned to the middle
     between the gears that it meshes with.

@@ -54,7 +54,8 @@ from fem.support.validation import require
 #: Of the carrier: a constant torque about z that acts beside the pin [N m]; inertia that the pin itself accelerates as
 #: imposed [kg m^2]; address of the imposed motion (`exugear.multibody.imposed_motion`), 0 without. lag: of the
 #: velocities of the integrator [s^2] (`exugear.multibody.velocity_lag`).
-#: Addresses of the law of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear one, and of `STEP_ENDS`.
+#: Addresses of the law of a rolling bearing (`exugear.rolling_bearings.law`), 0 of a linear bearing, and of
+#: `STEP_ENDS`.
 PIN = record_type(
     *(("position", "f8", 3), ("axes", "f8", (3, 3)), ("between", "f8", 3)),
     *(("carrier_tilts", "f8", 2), ("planet_tilts", "f8", 2), ("stiffness", "f8", 4), ("damping", "f8", 4)),

@@ -10,7 +10,7 @@ import numpy as np
 from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.housing import seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.seats_on_shafts import share_of_carrying
+from exugear.gearbox.seats_on_shafts import carrying_spin_factor
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import (
     AgainstSeats,
@@ -51,7 +51,7 @@ def cages_roll(shaft: Shaft) -> bool:
 def spin_of_cages(model: Model, shaft: Shaft) -> dict[float, np.ndarray]:
     """Axial position [m] of each bearing of a shaft whose cage rolls -> (n,) recorded spin about z [rad] that turns it.
 
-    It is that of the shaft, and a share of that of a shaft that carries the seat.
+    It is that of the shaft, and that of a shaft that carries the seat times `carrying_spin_factor`.
     """
     if not cages_roll(shaft):
         return {}
@@ -62,7 +62,7 @@ def spin_of_cages(model: Model, shaft: Shaft) -> dict[float, np.ndarray]:
             by_position[axial] = box.directions[shaft.name] * spins[shaft.name]
             if (shaft.name, axial) in box.between:
                 on, _ = box.between[shaft.name, axial]
-                by_position[axial] = by_position[axial] + share_of_carrying(bearing) * box.directions[on] * spins[on]
+                by_position[axial] = by_position[axial] + carrying_spin_factor(bearing) * box.directions[on] * spins[on]
     return by_position
 
 

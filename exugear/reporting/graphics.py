@@ -11,12 +11,12 @@ from math import ceil, pi
 from typing import Any
 
 import exudyn as exu
-import exudyn.itemInterface as eii
 import numpy as np
 from exudyn import graphics
 
 from exugear.contact.rotation import SPATIAL
-from exugear.multibody.exudyn_objects import assemble_in_state, kind_of, node_of, object_of
+from exugear.multibody.elastic_shafts import graphics_body
+from exugear.multibody.exudyn_objects import kind_of, object_of
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
 from fem.pair.placement import meshing_angles
@@ -31,8 +31,6 @@ STEEL_GREY, EDGE = (0.55, 0.58, 0.62, 1.0), (0.2, 0.2, 0.2, 1.0)
 TWIST = 0.02
 #: Corners of a bore.
 BORE_CORNERS = 120
-#: Key under which a system keeps the bodies that carry the graphics of elastic shafts.
-DRAWN = "graphics of elastic shafts"
 
 
 @checked
@@ -93,21 +91,9 @@ def add_graphics(mbs: exu.MainSystem, body: int, data: dict[str, Any]) -> None:
     if "VgraphicsData" not in known:
         words = f"object {body} cannot carry graphics; pass a rigid body or an ObjectRotationalMass1D"
         require(len(known.get("nodeNumbers", ())) == 1 and kind_of(mbs, body) == SPATIAL, words)
-        body = massless_body(mbs, body)
+        body = graphics_body(mbs, body)
     present = mbs.GetObject(body, addGraphicsData=True)["VgraphicsData"]
     mbs.SetObjectParameter(body, "VgraphicsData", [*present, data])
-
-
-def massless_body(mbs: exu.MainSystem, body: int) -> int:
-    """The rigid body without mass that carries the graphics of the body of an elastic shaft, on its node.
-
-    Graphics by a user function would do without it, but Exudyn's raytracer waits for them for ever.
-    """
-    drawn = mbs.variables.setdefault(DRAWN, {})
-    if body not in drawn:
-        drawn[body] = mbs.AddObject(eii.ObjectRigidBody(mass=0.0, inertia=[0.0] * 6, nodeNumber=node_of(mbs, body)))
-        assemble_in_state(mbs)
-    return drawn[body]
 
 
 @checked

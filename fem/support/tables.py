@@ -71,7 +71,7 @@ def read_table(
             missing = [name for name in units if name not in columns and name not in optional]
             require(not missing, f"{where} lacks the columns {missing}; the header must hold: {header}")
         elif line.strip() and not is_remark:
-            second = f"{where} is a second header; give each table a file of its own, begin remarks with #"
+            second = f"{where} is a second header; write each table into a separate file, begin remarks with #"
             require("[" not in line, second)
             early = f"{where} comes before a header with units; begin with: {header}; remarks begin with #"
             require(bool(columns), early)

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -89,6 +90,22 @@ def check_teeth(path: Path) -> None:
 def test_teeth_mesh_before_the_raytracer(tmp_path, box_of):
     show(str(tmp_path / "picture.png"), window=False, box=box_of())
     check_teeth(tmp_path / "picture.png")
+
+
+def test_a_drawn_model_runs_as_before():
+    """What carries the graphics of elastic shafts has no mass, and is no object of the user's."""
+    plain, drawn = (exugear.build(elastic_box()) for _ in range(2))
+    exugear.draw(drawn)
+    runs = [
+        exugear.run_up(model, speed=100.0, load=50.0, duration=4e-3, progress=False, checks=0).data["dte"].values
+        for model in (plain, drawn)
+    ]
+    np.testing.assert_allclose(*runs, rtol=1e-9)
+    with ThreadPoolExecutor(1) as executor:
+        parts = {"speed": 100.0, "load": 50.0, "duration": 4e-3, "executor": executor}
+        np.testing.assert_allclose(
+            exugear.run_up(drawn, **parts, progress=False, checks=0).data["dte"].values, runs[0], rtol=1e-6
+        )
 
 
 def test_teeth_mesh_in_the_window(display, tmp_path):

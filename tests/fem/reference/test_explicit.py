@@ -211,10 +211,8 @@ def static_with_friction(problem, phase: float, force: float, mu: float) -> floa
 def test_friction_changes_te_as_in_statics_with_coulomb_forces():
     """Less before the pitch point, more behind it, while the normal force does the opposite."""
     result = run_at(10 * rpm, -0.3, 0.2, 0.08, step=1e-6, friction=0.3)
-    problem, changes = (
-        nonlinear.static_problem(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, wheel_share=1.0),
-        [],
-    )
+    problem = nonlinear.static_problem(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, wheel_share=1.0)
+    changes = []
     torque, phase, te = (result[name].values for name in ("torque", "phase", "te"))
     for low, high in ((-0.16, -0.04), (0.06, 0.18)):
         steps = np.flatnonzero((phase > low) & (phase < high))[::2]
