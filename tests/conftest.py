@@ -3,11 +3,11 @@
 import os
 import sys
 
-import halved_cases
+import halved_tests
 import matplotlib
 import measured_rows
 import pytest
-from halved_cases import pytest_collection_modifyitems
+from halved_tests import pytest_collection_modifyitems
 from hypothesis import settings
 from measured_rows import measured, pytest_terminal_summary
 from paper_gears import paper_pair
@@ -24,8 +24,8 @@ settings.load_profile("everyday")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options that write measured numbers, and that take half of the cases."""
-    for options in (measured_rows, halved_cases):
+    """Add the options that write measured numbers, and that take half of the tests."""
+    for options in (measured_rows, halved_tests):
         options.pytest_addoption(parser)
 
 

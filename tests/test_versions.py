@@ -10,7 +10,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from halved_cases import taken
 
 ROOT = Path(__file__).parents[1]
 CI = ROOT / ".ci"
@@ -53,15 +52,19 @@ def test_ci_takes_the_first_python_that_runs(tmp_path):
     assert chosen(tmp_path, "python3.99", "python3.97") == ""
 
 
-def test_both_halves_of_the_cases_together_are_all_and_hold_each_function():
-    functions = ["one", "two", "two", "many", "many", "many", "two"]
-    even, odd = taken(functions, 0), taken(functions, 1)
-    assert all(in_even or in_odd for in_even, in_odd in zip(even, odd, strict=True))
-    for half in (even, odd):
-        assert {name for name, is_taken in zip(functions, half, strict=True) if is_taken} == set(functions)
-    assert sum(even) + sum(odd) == len(functions) + 1
+def collected(*options: str) -> list[str]:
+    """Names of the tests of this file that pytest takes."""
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "--collect-only", *options, __file__]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return [line for line in run.stdout.splitlines() if "::" in line]
 
 
-def test_ci_runs_both_halves_of_the_cases():
+def test_both_halves_of_the_tests_together_are_all():
+    even, odd = collected("--half", "even"), collected("--half", "odd")
+    assert abs(len(even) - len(odd)) <= 1
+    assert sorted(even + odd) == sorted(collected())
+
+
+def test_ci_runs_both_halves_of_the_tests():
     run = (CI / "run").read_text(encoding="utf-8")
     assert re.findall(r"^ *timed everyday_tests \S+ \S+ (\w+)", run, re.M) == ["even", "odd"]

@@ -26,7 +26,7 @@ if getattr(config, "DISABLE_JIT", False):
     raise RuntimeError("NUMBA_DISABLE_JIT is set, but exugear runs compiled code only; unset it")
 
 #: First version of numba with which its private parts were tested, and first one with which they were not.
-TESTED = (0, 67), (0, 69)
+TESTED = (0, 68), (0, 69)
 private: ModuleType | None = None
 if TESTED[0] <= version_info.short < TESTED[1]:
     from fem.support import numba_private as private

@@ -20,16 +20,13 @@ from contextlib import contextmanager, suppress
 from functools import cached_property, partial
 from typing import Any
 
-from numba import njit, version_info
+from numba import njit
 from numba.core.codegen import JITCodeLibrary
 from numba.core.environment import lookup_environment
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.targetconfig import ConfigStack
 from numba.core.types import BaseFunction
 
-#: Numba 0.67 names the function that unpacks the arguments of an exception by their machine types alone, so that the
-#: exceptions of linked functions are mixed up: there every function becomes machine code.
-WHOLE_TREES = version_info.short >= (0, 68)
 #: Options of numba for functions that Python does not call.
 NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: Numba's type of functions with overloads; its `get_call_type` returns the signature for the types of arguments.
@@ -146,8 +143,6 @@ def callee(function=None, *, apart: bool = False, **options) -> Any:
     if function is None:
         return partial(callee, apart=apart, **options)
     options = {"forceinline": False} | options
-    if not WHOLE_TREES:
-        return njit(function, **options)
     dispatcher = Callee(function, targetoptions={"nopython": True, "boundscheck": None, **NO_WRAPPERS, **options})
     dispatcher.apart = apart
     return dispatcher
@@ -156,9 +151,6 @@ def callee(function=None, *, apart: bool = False, **options) -> Any:
 @contextmanager
 def whole_call_tree() -> Iterator[None]:
     """Context in which a call tree is compiled as a whole, under numba's lock."""
-    if not WHOLE_TREES:
-        yield
-        return
     codegen: Any = cpu_target.target_context.codegen()
     codegen._library_class = TreeLibrary
     try:

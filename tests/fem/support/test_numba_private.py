@@ -13,14 +13,11 @@ from numba.core.types import BaseFunction
 
 from fem.support.numba_private import (
     SIGNATURES,
-    WHOLE_TREES,
     TreeLibrary,
     callee,
     types_inferred_once,
     whole_call_tree,
 )
-
-whole_trees = pytest.mark.skipif(not WHOLE_TREES, reason="this version of numba compiles every function alone")
 
 
 @callee
@@ -61,7 +58,6 @@ def halved_and_tripled(x):
     return halved(x) + tripled(x)
 
 
-@whole_trees
 def test_functions_are_inlined_as_they_ask_whoever_calls_them_first():
     """Numba alone passes on what the first caller asks."""
     root = njit(lambda x: halved_and_tripled(x))
@@ -79,7 +75,6 @@ def test_functions_are_inlined_as_they_ask_whoever_calls_them_first():
     assert names[tripled] in left and names[halved_and_tripled] not in left
 
 
-@whole_trees
 def test_only_the_root_of_a_call_tree_becomes_machine_code():
     root = compiled_root()
     assert root(np.array([0.5, 1.0])) == 1.5
