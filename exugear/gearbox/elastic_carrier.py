@@ -7,6 +7,7 @@ others, and pins are the same in all directions across their axis; `series_error
 """
 
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,8 @@ from fem.support.validation import require
 
 #: Largest share by which the energy of a deflection of the pins may change where each stands in series alone.
 LARGEST_ERROR = 0.01
+#: Common twist over the turns of the pins under their own forces, below which it is rounding.
+LEAST_SHARE = 1e-9
 #: Share of the largest diagonal entry below which a pin does not resist a motion.
 FREE = 1e-12
 
@@ -60,8 +63,27 @@ def series_error(stiffness: Housing, planets: Sequence[Shaft]) -> float:
     return float(np.abs(np.linalg.eigvalsh(root.T @ (coupling.stiffness - apart) @ root)).max())
 
 
-def check_series(stiffness: Housing, carrier: Shaft, planets: Sequence[Shaft]) -> None:
-    """ValueError where runs cannot have the carrier in series with its pins."""
+def common_twist(stiffness: Housing, arms: Mapping[str, np.ndarray]) -> float:
+    """Stiffness [N m/rad] of the twist common to all pins, by which tangential forces on pins turn the others.
+
+    arms   (2,) of each planet's pin from the axis of the carrier [m]
+
+    inf where they turn none.
+    """
+    moves, n = np.flatnonzero(stiffness.over_six.ravel()), len(stiffness.seats)
+    compliance = np.zeros((PER_SEAT * n,) * 2)
+    compliance[np.ix_(moves, moves)] = np.linalg.inv(stiffness.seat_stiffness)
+    forces = np.zeros((n, PER_SEAT))
+    for force, (name, _) in zip(forces, stiffness.seats, strict=True):
+        x, y = arms[name]
+        force[:2] = np.array([-y, x]) / (n * (x**2 + y**2))
+    by_pins = np.einsum("ic,icjd,jd->ij", forces, compliance.reshape(n, PER_SEAT, n, PER_SEAT), forces)
+    twist = float(by_pins.sum() - by_pins.trace())
+    return (1 - 1 / n) / twist if twist > LEAST_SHARE * by_pins.trace() else inf
+
+
+def check_series(stiffness: Housing, carrier: Shaft, planets: Sequence[Shaft], arms: Mapping[str, np.ndarray]) -> None:
+    """ValueError where runs cannot have the carrier in series with its pins; arms: as in `common_twist`."""
     seated = [seat_label(seat) for seat in stiffness.seats if seat[0] == carrier.name]
     statics = "exugear.load_distribution takes the whole matrix"
     beside = f"runs have no seats of bearings on the carrier {carrier.name!r} itself, got {seated}"
@@ -78,7 +100,10 @@ def check_series(stiffness: Housing, carrier: Shaft, planets: Sequence[Shaft]) -
     error = series_error(stiffness, planets)
     coupled = f"in runs the carrier {carrier.name!r} would stand in series with each pin alone, the same in all"
     coupled = f"{coupled} directions: that changes the energy of the pins by up to {100 * error:.2g} %, more than"
-    turn = "give a common twist of all pins to the carrier by sections or a Coupling on its shaft"
+    turn = (
+        f"give the twist common to all pins, of {common_twist(stiffness, arms):.3g} N m/rad, to the carrier's shaft by"
+    )
+    turn = f"{turn} sections or Coupling(torsion=...)"
     require(error <= LARGEST_ERROR, f"{coupled} {100 * LARGEST_ERROR:g} %; {turn}, and pass the rest; {statics}")
 
 

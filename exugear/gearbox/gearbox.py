@@ -213,6 +213,12 @@ class Gearbox:
         planets = [shaft for shaft in self.shafts if shaft.name in self.planets_on_pins]
         return {name: [x for x in planets if self.planets[x.name].name == name] for name in self.carriers_of_pins}
 
+    @cached_property
+    def arms_of_pins(self) -> dict[str, np.ndarray]:
+        """(2,) position [m] of each planet on a pin from the axis of its carrier."""
+        at = self.shaft_positions
+        return {name: np.subtract(at[name], at[self.planets[name].name]) for name in self.planets_on_pins}
+
     def _orbit(self, shaft: Shaft, carrier: Shaft) -> float:
         """Distance [m] of a shaft from the axis of a carrier."""
         return hypot(*np.subtract(self.shaft_positions[shaft.name], self.shaft_positions[carrier.name]))

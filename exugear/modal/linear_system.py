@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exugear.contact.rotation import by_angles
 from exugear.gearbox.bearing import is_isotropic
+from exugear.gearbox.housing import seat_coupling
 from exugear.gearbox.shaft import Shaft
 from exugear.modal.elastic_elements import (
     UNNAMED,
@@ -27,6 +29,8 @@ from fem.support.validation import require
 
 #: Stiffness that no element accounts for, as share of the diagonal, above which it counts as a further element.
 UNACCOUNTED = 1e-6
+#: Change of the stiffness of a housing as it turns, as share of the diagonal, below which it is the same all around.
+UNEVEN = 1e-6
 #: J of the velocities W J x in a frame that turns at W.
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 NOT_PRESSED = (
@@ -113,8 +117,8 @@ def in_carrier_frame(model: Model, system: LinearSystem, speeds: np.ndarray) -> 
     With displacements x = R u the translations have the gyroscopic terms 2 W m J, J = [[0, -1], [1, 0]], and the
     centrifugal stiffness -W^2 m, W being the speed of the carrier. The tilts of a shaft that spins at w have likewise
     2 W J_t J and W (J w - J_t W) beside their gyroscopic terms. Damping counts by the rates in this frame. Raises
-    ValueError for several carriers that turn at different speeds, and for bearings that are not the same in all
-    directions: seen from the carrier they change as it turns.
+    ValueError for several carriers that turn at different speeds, and for bearings or a housing that are not the same
+    in all directions: seen from the carrier they change as it turns.
     """
     box = model.gearbox
     ratios = {name: box.ratios[name] for name in box.carriers_of_pins}
@@ -124,6 +128,8 @@ def in_carrier_frame(model: Model, system: LinearSystem, speeds: np.ndarray) -> 
     ratio = next(iter(ratios.values()))
     damping, centrifugal = system.damping.copy(), np.zeros_like(system.damping)
     turning = [name for name, kind in model.plan.shafts.items() if kind.on_bearings]
+    if speeds.any():
+        _check_housing(model, turning)
     for name in turning if speeds.any() else ():
         shaft, moving = box.ends[name], moving_of(model, name)
         _check_isotropic(shaft)
@@ -143,6 +149,26 @@ def _check_isotropic(shaft: Shaft) -> None:
     unlike = f"bearings of shaft {shaft.name!r} must be the same in x and y, seen from a turning carrier"
     alike = all(is_isotropic(bearing.stiffness) for bearing in shaft.bearings.values())
     require(alike, f"{unlike}; pass Bearing(radial=...), or take speed=0")
+
+
+def _check_housing(model: Model, on_bearings: Sequence[str]) -> None:
+    """ValueError for a housing under the shafts of a set on pins that is not the same in all directions, or vibrates.
+
+    on_bearings   names of the shafts that move on their bearings
+    """
+    box = model.gearbox
+    if box.housing is None:
+        return
+    seen, remedy = "seen from a turning carrier", "take exugear.run, or modes at speed=0"
+    own = f"housing must yield without coordinates of its own, which turn {seen}, got {model.plan.housing}"
+    require(model.seats is None, f"{own}; leave out mass= and take linear bearings on its seats, or {remedy}")
+    members = [name for name in on_bearings if name not in box.planets]
+    stiffness = seat_coupling(box.housing, box.shafts, members).stiffness
+    turn = np.kron(np.eye(len(stiffness) // 3), by_angles((0.0, 0.0, 1.0, 0.0)))
+    scale = np.sqrt(np.maximum(np.diagonal(stiffness), np.finfo(float).tiny))
+    share = float((np.abs(turn.T @ stiffness @ turn - stiffness) / np.outer(scale, scale)).max())
+    uneven = f"housing must be the same in x and y, {seen}; its seats with their bearings differ by {100 * share:.2g} %"
+    require(share < UNEVEN, f"{uneven}; pass the mean of both directions, or {remedy}")
 
 
 def linear_assembly(mbs, phase: float | None) -> LinearSystem:

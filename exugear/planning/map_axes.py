@@ -4,7 +4,7 @@ Where a map lacks such an axis, the plan estimates how far the gears move under 
 """
 
 from collections.abc import Mapping, Sequence
-from math import acos, ceil, floor, isfinite, log10, pi
+from math import acos, ceil, floor, isfinite, isnan, log10, pi
 
 import numpy as np
 
@@ -101,6 +101,7 @@ def composed_words(law: MeshForce) -> str:
     teeth, errors = law.teeth, "error not checked"
     if isfinite(teeth.error_rms):
         added = f" where deviations add {teeth.added_rms / um:.2g} um" if teeth.added_rms > 0 else ""
+        added = " (the map lacks what deviations add: of an earlier version)" if isnan(teeth.added_rms) else added
         states = f"at most {teeth.error / um:.2g} um in states solved whole"
         errors = f"error {teeth.error_rms / um:.2g} um rms{added}, {states}"
     tabulated = 1.6e6 * law.pitches * (2 if law.table.head.has_centroid else 1)

@@ -192,7 +192,7 @@ def _plan(
 ) -> Plan:
     """`plan`; its many small eigenproblems take up to 40 times longer on several threads of a machine at work."""
     for name, stiffness in gearbox.elastic_carriers.items():
-        check_series(stiffness, gearbox.ends[name], gearbox.planets_by_carrier[name])
+        check_series(stiffness, gearbox.ends[name], gearbox.planets_by_carrier[name], gearbox.arms_of_pins)
     chosen = load is not None or loads is not None
     torques = given_loads(gearbox, load, loads) if chosen else largest_load(gearbox)
     kinds = {shaft.name: _coordinates(gearbox, shaft)[0] for shaft in gearbox.shafts}

@@ -1,12 +1,12 @@
 """What the model of a planetary set holds and what it leaves out, in words for the plan."""
 
 from collections.abc import Mapping
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 import xarray as xr
 
-from exugear.gearbox.elastic_carrier import series_error
+from exugear.gearbox.elastic_carrier import common_twist, series_error
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.planetary import Planetary
@@ -54,6 +54,8 @@ def _words_of_carrier(gearbox: Gearbox, carrier: str) -> str:
     if stiffness is None:
         return "skipped: bending of the carrier (no carrier_stiffness given)"
     error = f"{100 * series_error(stiffness, planets):.2g} % of the energy of the pins"
+    twist = common_twist(stiffness, gearbox.arms_of_pins)
+    error += f", among it their common twist of {twist:.3g} N m/rad" if isfinite(twist) else ""
     return f"the carrier yields in series with each pin: skipped is how pins move one another, {error}"
 
 

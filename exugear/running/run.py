@@ -151,9 +151,8 @@ def run(
         stop=stop or (),
         initial=initial.data if initial else None,
     )
-    recorded = replace(conditions, power=power, displacement=displacement)
     steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    return _solved(model, recorded, initial, executor, progress=progress, checks=checks, **steps)
+    return _solved(model, conditions, initial, executor, progress, checks, power, displacement, **steps)
 
 
 @checked
@@ -209,9 +208,8 @@ def run_up(
     no samples, and the exception is a ValueError, too. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
     conditions = run_up_conditions(model.gearbox, speed, load, duration)
-    recorded = replace(conditions, power=power, displacement=displacement)
     steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    return _solved(model, recorded, None, executor, progress=progress, checks=checks, **steps)
+    return _solved(model, conditions, None, executor, progress, checks, power, displacement, **steps)
 
 
 def _solved(
@@ -219,17 +217,19 @@ def _solved(
     conditions: Conditions,
     initial: Run | None,
     executor: Executor | None,
-    *,
     progress: bool,
     checks: int,
-    **options: Any,
+    power: bool,
+    displacement: bool,
+    **steps: Any,
 ) -> Run:
-    """The run under its conditions; options as those of `scheme_of`."""
+    """The run under its conditions; steps as those of `scheme_of`."""
     require(checks >= 0, f"checks must be at least 0 segments (0: none is integrated again), got {checks}")
+    conditions = replace(conditions, power=power, displacement=displacement)
     if executor:
         check_parts(model, conditions)
     model = linearized(model, conditions.held, conditions.highest_speed)
-    scheme = scheme_of(model, conditions, **options)
+    scheme = scheme_of(model, conditions, **steps)
     check_cost(model, scheme)
     state = None if initial is None else end_state_of(model, conditions, initial.data)
     conditions = conditions if state is None else continued(model, conditions, state)

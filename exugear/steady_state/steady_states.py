@@ -95,8 +95,9 @@ def steady_states(
     The meshes of a planetary set share their mesh frequency and excite together, each at its phase, also where two
     members are driven: speeds keep the ratio of `Gearbox(speeds=)`. Planets on elastic pins, in the plane and in space,
     are seen in the frame that turns with their carrier, with gyroscopic terms and centrifugal forces. There bearings
-    must be the same in x and y, and all else must only spin. A ring with modes (`Planetary(ring_modes=)`) is passed by
-    the planets: the common period is a turn of them around it, with a mesh cycle for each of its teeth.
+    and housing must be the same in x and y, the housing without mass, and all else must only spin. A ring with modes
+    (`Planetary(ring_modes=)`) is passed by the planets: the common period is a turn of them around it, with a mesh
+    cycle for each of its teeth.
 
     The attribute "force_error" compares the mesh forces at the motion with those of the whole laws: the largest rms of
     the difference over the period, over the mean force, among the largest orbits of the branches;

@@ -75,12 +75,6 @@ class ReducedHousing:
         n = PER_SEAT * len(self.centres)
         return self.stiffness[:n, :n]
 
-    @property
-    def seat_mass(self) -> np.ndarray:
-        """(6 n, 6 n) mass where the housing follows its seats statically (Guyan)."""
-        n = PER_SEAT * len(self.centres)
-        return self.mass[:n, :n]
-
     @checked
     def response(self, frequency: Numbers, forces: Amplitudes, *, damping_ratio: Finite = 0.02) -> np.ndarray:
         """(n_frequency, 6 n + m) complex amplitudes of the coordinates under harmonic forces on the seats.

@@ -31,7 +31,6 @@ from elastic_boxes import elastic_box
 import exugear
 import exugear.gearbox.shaft
 from exugear.contact.contact import contact_in_space
-from exugear.gearbox.elastic_shaft import PLANES
 from fem.support.numba_cache import compiled
 from fem.units import mm, rpm
 
@@ -87,9 +86,9 @@ def whole(shaft: exugear.Shaft, *, held: bool) -> Whole:
     squares[np.abs(squares) < 1e-6 * squares.max() * 1e-3] = 0.0
     omega = np.sqrt(np.maximum(squares, 0.0))
     motions = np.zeros((nodes.size, 6, squares.size))
-    for i, ((moved, sign), (tilted, tilt_sign)) in enumerate(PLANES):
+    for i, (moved, tilted, tilt_sign) in enumerate(((0, 4, 1.0), (1, 3, -1.0))):
         part_of_plane = slice(starts[i], starts[i + 1])
-        motions[:, moved, part_of_plane] = sign * shapes[0::2]
+        motions[:, moved, part_of_plane] = shapes[0::2]
         motions[:, tilted, part_of_plane] = tilt_sign * shapes[1::2]
     motions[:, 2, starts[2] : starts[3]] = stretched
     motions[:, 5, starts[3] :] = twisted

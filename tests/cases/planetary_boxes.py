@@ -46,9 +46,9 @@ def published_set() -> dict[str, Any]:
 def planetary_box(
     held: str | tuple[str, ...] = "ring", law: exugear.MeshForce | None = None, **changes: Any
 ) -> exugear.Gearbox:
-    """A gearbox of such a set alone; driving and driven among the changes belong to the gearbox."""
-    ends = {name: changes.pop(name) for name in ("driving", "driven") if name in changes}
-    return exugear.Gearbox([planetary(law, **changes)], held=held, **ends)
+    """A gearbox of such a set alone; driving, driven and housing among the changes are the gearbox's."""
+    of_box = {name: changes.pop(name) for name in ("driving", "driven", "housing") if name in changes}
+    return exugear.Gearbox([planetary(law, **changes)], held=held, **of_box)
 
 
 PIN = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e6, damping_time=2e-5)

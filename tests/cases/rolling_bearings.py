@@ -6,13 +6,17 @@ import numpy as np
 import scipy
 
 from exugear import RollingBearing
-from exugear.rolling_bearings.rows import BallRow, RollerRow
 from fem.units import deg, mm, um
 
 GROOVE = {"Z": 7, "D_w": 11.5 * mm, "D_pw": 43.5 * mm, "r_i": 0.52 * 11.5 * mm, "r_e": 0.53 * 11.5 * mm, "C": 23.4e3}
 ANGULAR = {"Z": 14, "D_w": 10 * mm, "D_pw": 55 * mm, "alpha": 25 * deg}
 ROLLER = {"Z": 14, "D_w": 10 * mm, "D_pw": 60 * mm, "L_we": 12 * mm}
 TAPERED = ROLLER | {"alpha": 15 * deg}
+
+
+def of_rollers(row) -> bool:
+    """Whether a row of a bearing rolls on laminae, not on balls."""
+    return hasattr(row, "laminae")
 
 
 def deep_groove(clearance: float = 0.0, **options) -> RollingBearing:
@@ -76,19 +80,19 @@ def any_load(bearing: RollingBearing, draw: np.random.Generator) -> np.ndarray:
     row = bearing.rows[0]
     arms = np.array([1, 1, 1, row.R, row.R])
     load = draw.uniform(0.001, 0.1) * np.clip(draw.normal(size=5), -1.5, 1.5) * bearing.C * arms
-    if isinstance(row, RollerRow) and draw.integers(2):
+    if of_rollers(row) and draw.integers(2):
         load[2], load[3:] = 0.0, load[3:] * draw.uniform(0, 1) * row.L_we / row.R
     return load
 
 
-def forces_of_elements(row: BallRow | RollerRow) -> np.ndarray:
+def forces_of_elements(row) -> np.ndarray:
     """(5, n) forces on the shaft by single elements of a row, of whose sums >= 0 all that it can carry consist.
 
     Cylinders are pressed at an end. Balls are pressed at a tenth of their contact angle, or axially.
     """
     psi = 2 * np.pi * np.arange(row.Z) / row.Z
     c, s, none = np.cos(psi), np.sin(psi), np.zeros(row.Z)
-    if isinstance(row, RollerRow):
+    if of_rollers(row):
         return np.hstack([np.array([c, s, none, -x * s, x * c]) for x in row.slices[[0, -1]]])
     least = np.arcsin(0.1 * np.sin(row.alpha))
     angles = [row.direction * angle for angle in (least, np.pi / 2)]
@@ -99,7 +103,7 @@ def forces_of_elements(row: BallRow | RollerRow) -> np.ndarray:
     )
 
 
-def ball_forces_by_energy(row: BallRow, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def ball_forces_by_energy(row, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(Z,) forces of balls [N] under a load (5,), and sines of their contact angles, by minimising their energy."""
     psi = 2 * np.pi * np.arange(row.Z) / row.Z
     c, s, arms = np.cos(psi), np.sin(psi), np.array([1, 1, 1, row.R, row.R])

@@ -126,8 +126,12 @@ def test_pins_in_the_plane_stay_in_the_plane():
 
 def test_what_runs_cannot_have_in_series_is_refused_with_a_remedy():
     box = planetary_box(pin=HINGED, carrier_stiffness=cheeks())
-    with pytest.raises(ValueError, match=r"up to .* %, more than 1 %; give a common twist"):
+    # Half of the torque reaches the second cheek, which moves the pins by half: a quarter of its compliance.
+    with pytest.raises(ValueError, match=r"up to .* %, more than 1 %; give the twist common to .* of 1.6e\+06 N m/rad"):
         exugear.plan(box)
+    stiff = planetary_box(pin=HINGED, carrier_stiffness=cheeks(1e10))
+    assert "among it their common twist of 4e+10 N m/rad" in str(exugear.plan(stiff))
+    assert "common twist" not in str(exugear.plan(planetary_box(pin=HINGED, carrier_stiffness=on_cantilevers())))
     roller = exugear.RollingBearing.needle(Z=14, D_w=4 * mm, D_pw=34 * mm, L_we=15 * mm, guidance=1e7)
     rolling = planetary_box(pin=roller, carrier_stiffness=on_cantilevers())
     with pytest.raises(ValueError, match=r"Bearing\(radial="):

@@ -11,7 +11,6 @@ from scenes import smooth_box
 
 import exugear
 import fem
-from exugear.load_factors.dynamic_stress import stress_map
 from fem.units import MPa, mm, rpm
 
 R_B = paper_pair().pinion.r_b
@@ -67,22 +66,31 @@ def test_slow_run_reproduces_the_map_over_the_phase():
     assert stress["hertz_pressure"].values[within] == pytest.approx(pressure[within], rel=1e-3)
 
 
+def under(run: exugear.Run, torques, phases, data: xr.Dataset) -> xr.Dataset:
+    """Stresses by a map where the samples of a run had these torques [N m] at these phases."""
+    first = run.data.isel(time=slice(0, len(torques)))
+    held = {"mesh_force": np.array(torques) / R_B, "phase": np.array(phases)}
+    rows = {name: (("stage", "time"), values[None]) for name, values in held.items()}
+    return exugear.dynamic_stress(replace(run, data=first.assign(rows)), data)
+
+
 def test_map_is_exact_at_its_grid_and_vanishes_with_the_force():
-    table = stress_map(data := stresses(), R_B)
-    for torque, k in product((50.0, 150.0, 350.0), (0, 77, 199)):
-        at = table.at(np.array([torque / R_B]), np.array([k / 200 + 3]))
-        expected = data.sel(torque=torque).isel(phase=k)
-        assert at["root_stress"][:, 0] == pytest.approx(expected["root_stress"].values, rel=1e-12)
-        assert at["peak_pressure"] == pytest.approx(expected["peak_pressure"].item(), rel=1e-12)
-    light = table.at(np.array([0.0, 1.0]) / R_B, np.zeros(2))
-    assert light["root_stress"][0] == pytest.approx([0, root_at(1.0, 0.0)])
-    assert light["hertz_pressure"] == pytest.approx([0, 50 * MPa])
+    run, data = slow_run(), stresses()
+    torques, samples = np.array(list(product((50.0, 150.0, 350.0), (0, 77, 199)))).T
+    at = under(run, torques, samples / 200 + 3, data)
+    for k, (torque, sample) in enumerate(zip(torques, samples.astype(int), strict=True)):
+        expected = data.sel(torque=torque).isel(phase=sample)
+        assert at["root_stress"].values[..., k].ravel() == pytest.approx(expected["root_stress"].values, rel=1e-12)
+        assert at["peak_pressure"].values[..., k] == pytest.approx(expected["peak_pressure"].item(), rel=1e-12)
+    light = under(run, [0.0, 1.0], [0.0, 0.0], data)
+    assert light["root_stress"].sel(gear="pinion").values.ravel() == pytest.approx([0, root_at(1.0, 0.0)])
+    assert light["hertz_pressure"].values.ravel() == pytest.approx([0, 50 * MPa])
 
 
 def test_map_of_one_torque_scales_with_the_force():
-    one_torque = stress_map(stresses(torque=(150.0,)), R_B).at(np.array([75.0]) / R_B, np.array([0.3]))
-    assert one_torque["root_stress"][0] == pytest.approx(root_at(75.0, 0.3), rel=1e-3)
-    assert one_torque["hertz_pressure"] == pytest.approx(np.sqrt(75.0) * 50 * MPa * 1.3, rel=1e-3)
+    at = under(slow_run(), [75.0, 75.0], [0.3, 0.3], stresses(torque=(150.0,)))
+    assert at["root_stress"].sel(gear="pinion").values == pytest.approx(root_at(75.0, 0.3), rel=1e-3)
+    assert at["hertz_pressure"].values == pytest.approx(np.sqrt(75.0) * 50 * MPa * 1.3, rel=1e-3)
 
 
 def test_back_flank_has_the_stress_of_the_mirrored_contact():

@@ -398,5 +398,9 @@ def test_spalls_among_more_than_64_pairs_of_unlike_teeth_are_solved():
 def test_a_law_that_errs_by_much_of_what_deviations_add_is_told():
     pairs = pairs_of(small_pair(random_pitch(12, 1)), checks=3)
     false = pairs.assign(te_check=pairs["te_check"] + 0.5 * um)
-    with pytest.warns(UserWarning, match=r"errs by 0.49 um rms where deviations add .* um, in 9 states.*map of all"):
+    with pytest.warns(UserWarning, match=r"errs by 0.49 um rms, where deviations add .* um, in 9 states.*map of all"):
         MeshForce.from_tooth_pairs(false, backlash=0.3 * mm)
+    earlier = false.drop_vars("te_alike")
+    with pytest.warns(UserWarning, match=r"errs by 0.49 um rms, what deviations add is not in the map.*tooth_pair_map"):
+        law = MeshForce.from_tooth_pairs(earlier, backlash=0.3 * mm)
+    assert "the map lacks what deviations add" in str(exugear.plan(box_of(law, small_pair(random_pitch(12, 1)))))

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from exudyn import graphics as drawn
 from exudyn.rigidBodyUtilities import InertiaCuboid
+from involutes import involute_flank
 from paper_gears import paper_gear, paper_pair
 
 import fem
 from exugear import graphics
-from fem.elasticity.section_mesh import pitch_blocks
 from fem.units import deg, mm, um
 
 GEARS = {
@@ -37,11 +37,11 @@ def volume(data) -> float:
 
 
 def area(gear: fem.Gear) -> float:
-    """Transverse section after the finite-element mesh of one pitch [m^2]."""
-    blocks = pitch_blocks(gear, fem.Density().refined(8))
-    points = [x + 1j * y for x, y in blocks]
-    diagonals = [(p[1:, 1:] - p[:-1, :-1], p[1:, :-1] - p[:-1, 1:]) for p in points]
-    return gear.z * sum(abs((np.conj(diagonal) * crossing).imag.sum()) / 2 for diagonal, crossing in diagonals)
+    """Transverse section within the involutes, roots and tip arcs, less the bore [m^2]: half of r^2 over the angle."""
+    flank = involute_flank(gear, np.linspace(gear.roll_tip, gear.roll_form, 1001))
+    r, psi = np.hstack([flank, gear.root.points(np.linspace(0, 1, 1001))])
+    tip, root = gear.r_a**2 * psi[0], r[-1] ** 2 * (np.pi / gear.z - psi[-1])
+    return gear.z * (tip + np.trapezoid(r**2, psi) + root) - np.pi * gear.d_bore**2 / 4
 
 
 @pytest.mark.parametrize("name", GEARS)

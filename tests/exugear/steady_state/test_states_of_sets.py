@@ -38,6 +38,16 @@ def planets_on_pins():
     return planar_box(law=LAW, angles=UNEVEN), (200.0, 204.0), 1200.0
 
 
+def sun_on(stiffness_x: float, **mass) -> exugear.Gearbox:
+    """Planets on one side push the sun with its bearing against a seat, 2e8 N/m in y."""
+    seat = exugear.Housing([("sun", 0.0)], np.diag([stiffness_x, 2e8, 2e8, 1e6, 1e6, 1e6]), damping_time=2e-5, **mass)
+    return planar_box(law=LAW, angles=(0.0, 90 * deg, 180 * deg), housing=seat)
+
+
+def sun_on_a_housing():
+    return sun_on(2e8), (200.0, 204.0), 1200.0
+
+
 def planets_in_space():
     return helical_box(LAW, bearing=None, angles=UNEVEN), (200.0, 204.0), 1200.0
 
@@ -50,6 +60,7 @@ def planets_in_space():
         two_members_driven,
         pytest.param(two_members_driven_on_pins, marks=pytest.mark.slow),
         planets_on_pins,
+        sun_on_a_housing,
         pytest.param(planets_in_space, marks=pytest.mark.slow),
     ],
 )
@@ -153,6 +164,8 @@ UNEVEN_BEARING = exugear.Bearing(matrix=np.diag([1e8, 2e8, 1e8, 1e6, 1e6, 0.0]))
 BESIDE = exugear.Shaft("sun", {0.0: GEAR}, offset=exugear.Placement(x=20 * um))
 REFUSED = {
     "bearings of shaft 'sun' must be the same in x and y": lambda: planar_box(law=LAW, sun_bearing=UNEVEN_BEARING),
+    "housing must be the same in x and y, .* differ by .* %; pass the mean": lambda: sun_on(1e8),
+    "housing must yield without coordinates of its own": lambda: sun_on(2e8, mass=np.diag([1.0] * 3 + [1e-3] * 3)),
     "the axes of .'sun'. lie beside the others": lambda: planetary_box(law=LAW, sun=BESIDE),
 }
 

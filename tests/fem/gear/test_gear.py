@@ -70,6 +70,12 @@ def test_transverse_section_of_a_helical_gear():
     assert pair.beta_b == pytest.approx(asin(sin(pi / 6) * cos(20 * deg)))
 
 
+@pytest.mark.parametrize(("angle", "value"), [(14.5, 0.0055448), (20, 0.0149044), (25, 0.0299753)])
+def test_teeth_widen_to_the_base_circle_by_the_involute_of_published_tables(angle, value):
+    gear = fem.Gear(z=40, m_n=3 * mm, b=20 * mm, d_bore=20 * mm, alpha_n=angle * deg)
+    assert gear.psi_b - gear.s_t / (2 * gear.r) == pytest.approx(value, abs=5e-8)
+
+
 @given(rough_data())
 @settings(max_examples=400)
 def test_impossible_data_raise_nothing_but_value_errors(data):

@@ -13,7 +13,6 @@ from twins import plane_twin, yield_by_bending
 
 import fem
 from fem import Density
-from fem.gear.tooth_profile import tangent_angle
 from fem.units import deg, mm, um
 
 COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
@@ -168,7 +167,7 @@ def even_load(deformable) -> np.ndarray:
     flank, gear = deformable.flanks[0], deformable.flanks[0].gear
     along = flank.shapes.integrate(*flank.arcs[[0, -1]]) / np.ptp(flank.arcs)
     across = flank.width.weights @ flank.width.shapes / flank.width.weights.sum()
-    angle = tangent_angle(gear, flank.arcs)
+    angle = np.pi / 2 + gear.psi_b - np.sqrt(2 * flank.arcs / gear.r_b)
     normal = np.cos(gear.beta_b) * np.stack([-np.sin(angle), np.cos(angle)])
     force, number = np.einsum("cn,n,k->nkc", normal, along, across).ravel(), list(deformable.flanks).index(0)
     on_flanks = np.zeros(deformable.flank_operator.shape[0])

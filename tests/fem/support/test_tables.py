@@ -4,11 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from paper_gears import paper_pair
 
-from fem.support.tables import read_grid, read_table
-from fem.units import deg, rpm, um
+import exugear
+import fem
+from fem.units import rpm, um
 
-COLUMNS = {"torque": "N m", "phase": "1", "te": "m"}
 HEADER = "torque [N m], phase [1], te [um]\n"
 
 
@@ -20,25 +21,22 @@ def written(folder, text: str):
 
 @pytest.mark.parametrize("separator", [",", " ; ", "\t", "   "])
 def test_columns_become_si_in_any_order_and_with_any_separator(tmp_path, separator):
-    rows = [["te [µm]", "torque [kN m]", "phase [%]"], ["12.5", "0.35", "25"], ["-1e1", "0", "50"]]
+    rows = [["te [µm]", "torque [kN m]", "phase [%]"], ["12.5", "0.35", "25"], ["-1e1", "0", "25"]]
     path = written(tmp_path, "# measured on a rig\n\n" + "\n".join(separator.join(row) for row in rows))
-    table = read_table(path, COLUMNS)
-    assert list(table) == list(COLUMNS)
-    assert table["te"] == pytest.approx([12.5 * um, -10 * um])
-    assert table["torque"] == pytest.approx([350.0, 0.0]) and table["phase"] == pytest.approx([0.25, 0.5])
+    table = fem.ste_from_table(path, paper_pair())
+    assert table["te"].values[:, 0] == pytest.approx([-10 * um, 12.5 * um])
+    assert table["torque"].values == pytest.approx([0.0, 350.0]) and table["phase"].values == pytest.approx([0.25])
 
 
 def test_a_header_may_be_a_remark_and_the_text_may_begin_with_a_byte_order_mark(tmp_path):
-    path = written(tmp_path, "\ufeff# speed [rpm] angle [deg]\r\n60 90\r\n")
-    table = read_table(path, {"angle": "rad", "speed": "rad/s", "torque": "N m"}, optional=["torque"])
-    assert table["speed"] == pytest.approx(60 * rpm) and table["angle"] == pytest.approx(90 * deg)
-    assert "torque" not in table
+    curve = exugear.MotorCurve.from_table(written(tmp_path, "\ufeff# torque [kN m] speed [rpm]\r\n0 90\r\n1 60\r\n"))
+    assert curve.speed == pytest.approx([60 * rpm, 90 * rpm]) and curve.torque == pytest.approx([1000.0, 0.0])
 
 
 def test_remarks_with_brackets_are_no_headers_and_quotation_marks_are_dropped(tmp_path):
-    path = written(tmp_path, '# rig 7 [left flank]\n"speed [rpm]","torque [N m]"\n"60","90"\n# [end]\n')
-    table = read_table(path, {"speed": "rad/s", "torque": "N m"})
-    assert table["speed"] == pytest.approx(60 * rpm) and table["torque"] == pytest.approx(90)
+    text = '# rig 7 [left flank]\n"speed [rpm]","torque [N m]"\n"60","90"\n"120","0"\n# [end]\n'
+    curve = exugear.MotorCurve.from_table(written(tmp_path, text))
+    assert curve.speed == pytest.approx([60 * rpm, 120 * rpm]) and curve.torque == pytest.approx([90.0, 0.0])
 
 
 def test_a_grid_is_sorted_whatever_the_order_of_its_lines(tmp_path):
@@ -46,9 +44,9 @@ def test_a_grid_is_sorted_whatever_the_order_of_its_lines(tmp_path):
     te = torque + 1 + phase
     order = np.random.default_rng(0).permutation(9)
     rows = [f"{x} {y} {z}" for x, y, z in zip(*(a.ravel()[order] for a in (torque, phase, te)), strict=True)]
-    axes, values = read_grid(written(tmp_path, HEADER + "\n".join(rows)), {"torque": "N m", "phase": "1"}, {"te": "m"})
-    assert axes["torque"].tolist() == [0, 10, 20] and axes["phase"].tolist() == [0, 0.25, 0.5]
-    assert values["te"] == pytest.approx(te * um)
+    ste = fem.ste_from_table(written(tmp_path, HEADER + "\n".join(rows)), paper_pair())
+    assert ste["torque"].values.tolist() == [0, 10, 20] and ste["phase"].values.tolist() == [0, 0.25, 0.5]
+    assert ste["te"].values == pytest.approx(te * um)
 
 
 REFUSED = {
@@ -78,14 +76,14 @@ REFUSED = {
 @pytest.mark.parametrize("text", REFUSED, ids=lambda text: re.sub(r"\W+", " ", text)[:40])
 def test_what_could_be_read_wrongly_is_refused(tmp_path, text):
     with pytest.raises(ValueError, match=REFUSED[text]):
-        read_grid(written(tmp_path, text), {"torque": "N m", "phase": "1"}, {"te": "m"})
+        fem.ste_from_table(written(tmp_path, text), paper_pair())
 
 
 def test_files_that_are_no_tables_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError, match="does not exist; correct the path"):
-        read_table(tmp_path / "none.csv", COLUMNS)
+        fem.ste_from_table(tmp_path / "none.csv", paper_pair())
     with pytest.raises(ValueError, match="is a folder"):
-        read_table(tmp_path, COLUMNS)
+        fem.ste_from_table(tmp_path, paper_pair())
     (tmp_path / "table.xls").write_bytes(b"\xd0\xcf\x11\xe0")
     with pytest.raises(ValueError, match="is no text in UTF-8"):
-        read_table(tmp_path / "table.xls", COLUMNS)
+        fem.ste_from_table(tmp_path / "table.xls", paper_pair())

@@ -2,13 +2,21 @@
 
 import numpy as np
 import pytest
+import xarray as xr
+from paper_gears import paper_pair
 
-from fem.support.validation import increases, increasing
+import fem
+
+
+def map_of(torque) -> xr.Dataset:
+    """A map of te = 0 over torques."""
+    return fem.ste_map(paper_pair(), torque, [0.0], np.zeros((np.size(torque), 1)))
 
 
 def test_increasing_values_come_back_as_an_array_of_floats():
-    assert increasing("torque", (0, 50, 150)).tolist() == [0.0, 50.0, 150.0]
-    assert increasing("edges", [], least=0).size == 0
+    torque = map_of((0, 50, 150))["torque"].values
+    assert torque.tolist() == [0.0, 50.0, 150.0] and torque.dtype == float
+    assert fem.Density(edges=[]).edges == ()
 
 
 @pytest.mark.parametrize(
@@ -26,9 +34,4 @@ def test_increasing_values_come_back_as_an_array_of_floats():
 )
 def test_values_that_do_not_increase_are_refused(values, message):
     with pytest.raises(ValueError, match=message):
-        increasing("torque", values)
-
-
-def test_rows_of_a_table_increase_along_the_last_axis():
-    assert increases(np.array([[0.0, 1.0], [-1.0, 0.0]]))
-    assert not increases(np.array([[0.0, 1.0], [1.0, 1.0]]))
+        map_of(values)
