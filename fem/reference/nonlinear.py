@@ -163,11 +163,11 @@ def contact_problem(mating: MatingGears, masses=(0.0, 0.0), *, penalty: float = 
     """Factorized problem; diagonal masses (n_dofs,) [N/m] add to the stiffness, those of a shared solid once."""
     pinion, wheel = mating.gears
     solve = pinion.solver(masses[0])
-    flexibility = flank_flexibility(pinion, solve)
+    flexibility = flank_flexibility(pinion, masses[0])
     if wheel.solid is pinion.solid:
         return ContactProblem(mating, (solve, solve), (flexibility, flexibility), penalty)
     solve_wheel = wheel.solver(masses[1])
-    return ContactProblem(mating, (solve, solve_wheel), (flexibility, flank_flexibility(wheel, solve_wheel)), penalty)
+    return ContactProblem(mating, (solve, solve_wheel), (flexibility, flank_flexibility(wheel, masses[1])), penalty)
 
 
 class NewtonStep(NamedTuple):
