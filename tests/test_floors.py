@@ -83,10 +83,15 @@ MODULES = {module_name(path): path for package in ("fem", "exugear") for path in
 
 
 @cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imported(path: Path) -> frozenset[str]:
     """Absolute names of all that a module imports; ``from a import b`` counts as ``a.b`` where that is a module."""
     names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -110,7 +115,7 @@ def test_all_folders_are_seen():
 
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_a_folder_says_what_it_holds(folder):
-    docstring = ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text(encoding="utf-8")))
+    docstring = ast.get_docstring(tree(ROOT / folder / "__init__.py"))
     assert docstring.endswith(".")
     assert "\n" not in docstring
 
@@ -160,7 +165,7 @@ def test_no_module_asks_for_the_system_with_drive_and_load():
     asking = {
         f"{module_name(path)}:{node.lineno}"
         for path in (ROOT / "exugear").rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(tree(path))
         if isinstance(node, ast.Attribute) and node.attr == "mbs" and module_name(path) not in doors
     }
     assert not asking

@@ -6,6 +6,7 @@ from functools import cached_property, partial
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import solve_triangular
 from scipy.spatial import cKDTree
 from skfem import Basis, ElementQuad1, ElementQuad2, MeshLine
 from skfem.element import Element
@@ -17,7 +18,9 @@ from fem.elasticity.rim_springs import quadrature_on_rim, rim_springs, shapes_on
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
 from fem.gear.rim_support import Bush
+from fem.linalg.block_matrix import BlockMatrix
 from fem.linalg.direct_solver import Solve, factorize
+from fem.linalg.multifrontal import schur_complement
 from fem.microgeometry.flank import edges, removed
 from fem.pair.pair import GearPair
 from fem.reference.deformed_flank import Flank, WidthQuadrature, gauss_width, plane_strain_width
@@ -67,15 +70,18 @@ class DeformableGear:
         """(n_dofs, dim) displacements 0."""
         return np.zeros_like(self.solid.positions)
 
-    def solver(self, mass: np.ndarray | float = 0.0) -> Solve:
-        """Solution (n_dofs, dim, n) for the stiffness of the undeformed gear plus a diagonal mass (n_dofs,) [N/m]."""
-        dim = self.solid.positions.shape[1]
-        diagonal = np.repeat(mass + np.zeros(len(self.solid.positions)), dim)
+    def free_stiffness(self, mass: np.ndarray | float = 0.0) -> sp.csr_matrix:
+        """(n_free, n_free) stiffness of the undeformed gear plus a diagonal mass (n_dofs,) [N/m]."""
+        diagonal = np.repeat(mass + np.zeros(len(self.solid.positions)), self.solid.positions.shape[1])
         matrix = (stiffness(self.solid) + sp.diags_array(diagonal)).tocsr()
         if self.springs is not None:
             matrix = (matrix + self.springs.T @ self.springs).tocsr()
-        blocks = self.columns[self.free // dim] if dim == 3 else None
-        solve_free = factorize(matrix[self.free][:, self.free], blocks)
+        return matrix[self.free][:, self.free]
+
+    def solver(self, mass: np.ndarray | float = 0.0) -> Solve:
+        """Solution (n_dofs, dim, n) for the `free_stiffness`."""
+        dim = self.solid.positions.shape[1]
+        solve_free = factorize(self.free_stiffness(mass), self.columns[self.free // dim] if dim == 3 else None)
 
         def solve(force: np.ndarray) -> np.ndarray:
             u = np.zeros((self.solid.positions.size, force[0, 0].size))
@@ -271,11 +277,33 @@ def flank_of(gear: Gear, section: Basis, stacks: np.ndarray, tooth: int, width: 
     return Flank(gear, tooth, tooth_profile.arc_at(gear, points), nodes, width, degree)
 
 
-def flank_flexibility(gear: DeformableGear, solve: Solve, block: int = 64) -> np.ndarray:
-    """(n, n) displacement of the flank nodes in transverse planes per force on them [m/N]; block columns at once."""
-    operator, columns = gear.flank_operator, []
-    for start in range(0, operator.shape[0], block):
-        force = operator[start : start + block].T.toarray()
-        columns.append(operator @ solve(force.reshape(*gear.solid.positions.shape, -1)).reshape(force.shape))
-    matrix = np.hstack(columns)
-    return (matrix + matrix.T) / 2
+def flank_flexibility(gear: DeformableGear, mass: np.ndarray | float = 0.0) -> np.ndarray:
+    """(n, n) displacement of the flank nodes in transverse planes per force on them [m/N], with a mass as in `solver`.
+
+    From the Schur complement over the flanks, which takes a sixth of the time of a solution for each of the forces.
+    """
+    dim, on_flank = gear.solid.positions.shape[1], np.zeros(len(gear.solid.positions), bool)
+    for flank in gear.flanks.values():
+        on_flank[flank.nodes] = True
+    group = gear.columns if dim == 3 else neighbourhoods(gear.solid.positions, on_flank)
+    _, block = np.unique(group[gear.free // dim], return_inverse=True)
+    kept = np.flatnonzero(on_flank[gear.free // dim])
+    left = np.linalg.cholesky(schur_complement(BlockMatrix(gear.free_stiffness(mass), block), kept))
+    root = solve_triangular(left, gear.flank_operator[:, gear.free[kept]].T.toarray(), lower=True, check_finite=False)
+    return root.T @ root
+
+
+def neighbourhoods(points: np.ndarray, apart: np.ndarray, largest: int = 16) -> np.ndarray:
+    """(n,) number of the small group of neighbours to which each point (n, dim) belongs; those set apart (n,) have
+    groups of their kind."""
+    number, count = np.empty(len(points), int), 0
+    for part in (np.flatnonzero(apart), np.flatnonzero(~apart)):
+        waiting = [cKDTree(points[part], leafsize=largest).tree]
+        while waiting:
+            node = waiting.pop()
+            if node.split_dim < 0:
+                number[part[node.indices]] = count
+                count += 1
+            else:
+                waiting += [node.lesser, node.greater]
+    return number

@@ -13,6 +13,7 @@ torques. Elimination of u leaves a complementarity problem of the size of f with
 and Wood (2008) for the solids, Hintermueller, Ito and Kunisch (2003) for the active set.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -153,6 +154,14 @@ class ContactProblem:
     def gears(self) -> tuple[DeformableGear, DeformableGear]:
         return self.mating.gears
 
+    def displacements(self, forces: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Of pinion and wheel under nodal forces (n_dofs, dim) each; a shared solid is solved once for both."""
+        pinion, wheel = self.solvers
+        if pinion is wheel:
+            both = pinion(np.stack(list(forces), axis=-1))
+            return both[..., 0], both[..., 1]
+        return pinion(forces[0][..., None])[..., 0], wheel(forces[1][..., None])[..., 0]
+
 
 def static_problem(pair: GearPair, density: Density, element: Element, *, penalty=np.inf, wheel_share=0.5):
     """`ContactProblem` without masses."""
@@ -163,11 +172,11 @@ def contact_problem(mating: MatingGears, masses=(0.0, 0.0), *, penalty: float = 
     """Factorized problem; diagonal masses (n_dofs,) [N/m] add to the stiffness, those of a shared solid once."""
     pinion, wheel = mating.gears
     solve = pinion.solver(masses[0])
-    flexibility = flank_flexibility(pinion, solve)
+    flexibility = flank_flexibility(pinion, masses[0])
     if wheel.solid is pinion.solid:
         return ContactProblem(mating, (solve, solve), (flexibility, flexibility), penalty)
     solve_wheel = wheel.solver(masses[1])
-    return ContactProblem(mating, (solve, solve_wheel), (flexibility, flank_flexibility(wheel, solve_wheel)), penalty)
+    return ContactProblem(mating, (solve, solve_wheel), (flexibility, flank_flexibility(wheel, masses[1])), penalty)
 
 
 class NewtonStep(NamedTuple):
@@ -186,17 +195,16 @@ def newton_step(
     residual    per gear (n_dofs, dim) unbalanced forces apart from the contact [N]
     """
     operators = [gear.flank_operator for gear in problem.gears]
-    free_steps = [solve(r[..., None])[..., 0] for solve, r in zip(problem.solvers, residual, strict=True)]
+    free_steps = problem.displacements(residual)
     parts = list(zip(gaps.gradients, operators, free_steps, strict=True))
     free_change = sum(gradient @ (operator @ du.ravel()) for gradient, operator, du in parts)
     matrix = sum(gap_flexibility(*side) for side in zip(gaps.gradients, problem.flexibility, strict=True))
     matrix = matrix + np.diag(1 / (problem.penalty * np.cos(problem.pair.beta_b) * gaps.area))
     gap = gaps.gap + gaps.closing * te + free_change
     te, f = complementarity(matrix, gap, gaps.closing, force + inertia * te, inertia)
-    steps = []
-    for solve, (gradient, operator, du) in zip(problem.solvers, parts, strict=True):
-        steps.append(du + solve((operator.T @ (f @ gradient)).reshape(*du.shape, 1))[..., 0])
-    return NewtonStep(te, (steps[0], steps[1]), f)
+    loads = [(operator.T @ (f @ gradient)).reshape(du.shape) for gradient, operator, du in parts]
+    pressed = problem.displacements(loads)
+    return NewtonStep(te, (free_steps[0] + pressed[0], free_steps[1] + pressed[1]), f)
 
 
 def gap_flexibility(gradient: np.ndarray, flexibility: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Random pairs: what the contact and the transmission error must obey whatever the gears, modifications and offsets."""
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from math import floor
 
 import numpy as np
@@ -23,7 +24,7 @@ TOUCHING = 1e-14
 #: Deflection in modules up to which gears are stiff enough to mesh.
 MESHABLE = 0.1
 FAST = settings(max_examples=6, phases=[Phase.generate])
-MANY = settings(max_examples=40, phases=[Phase.generate])
+MANY = settings(max_examples=10, phases=[Phase.generate])
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Scene:
     misalignment: float = 0.0
     slices: int = SLICES
 
-    @property
+    @cached_property
     def contact(self):
         pair = self.pair
         density = TINY.with_teeth(floor(pair.eps_gamma) + 1, behind=1)
@@ -45,8 +46,9 @@ class Scene:
         bodies = (elastic_body(g, density, loaded=min(g.b, loaded), whole=True) for g in (pair.pinion, pair.wheel))
         return contact_of(pair, bodies, self.phase, self.slices, self.axial)
 
+    @cached_property
     def solved(self) -> tuple:
-        """In the resolved, and in the slice mode."""
+        """States in the resolved, and in the slice mode."""
         contact = self.contact
         force, angle = np.array([self.force]), np.array([self.misalignment])
         return contact.state(self.force, self.misalignment), contact.slice_states(force, angle)[0]
@@ -78,7 +80,7 @@ def of_pair(scene: Scene, change) -> Scene:
 
 def alike(first: Scene, second: Scene, *, te: float = 1.0, centroid: float = 1.0, rel: float = 1e-5) -> None:
     """In both modes the state of the second scene is that of the first times given factors."""
-    for expected, state in zip(first.solved(), second.solved(), strict=True):
+    for expected, state in zip(first.solved, second.solved, strict=True):
         size = abs(expected.te) + 0.01 * um
         off = f"te {state.te / te / expected.te - 1:.1e} off"
         assert state.te == pytest.approx(te * expected.te, abs=rel * te * size), off
@@ -95,7 +97,7 @@ def rounding(strips, state) -> float:
 
 def contact_is_balanced(scene: Scene) -> None:
     """Forces press, add up to the mesh force and stay on the common face; no strip is inside the mate's flank."""
-    contact, (resolved, sliced) = scene.contact, scene.solved()
+    contact, (resolved, sliced) = scene.contact, scene.solved
     balance = (resolved.strips.approach * resolved.strip_force).sum(), sliced.force @ sliced.slices.closest.approach
     assert balance == pytest.approx((scene.force,) * 2, rel=1e-7)
     low, high = contact.position.face
@@ -121,7 +123,7 @@ def swapped_gears_run_backwards(scene: Scene) -> None:
     phase = -scene.phase - scene.axial * np.tan(pair.beta_b) / pair.p_bt
     swapped = Scene(fem.GearPair(pair.wheel, pair.pinion, a=pair.a), phase, scene.force, -scene.axial, turn)
     unloaded = scene.contact.state(0.0, turn).te
-    for state, backwards in zip(scene.solved(), swapped.solved(), strict=True):
+    for state, backwards in zip(scene.solved, swapped.solved, strict=True):
         second_order = (state.te / pair.pinion.m_n) ** 2
         share = (1e-3 + second_order) * max(abs(state.te), state.te - unloaded)
         same = pytest.approx(state.te, abs=share + 1e-5 * um)
@@ -160,19 +162,19 @@ def every_pitch_is_alike(scene: Scene) -> None:
 
 
 def more_load_deflects_more_at_falling_rate(scene: Scene) -> None:
-    for state, doubled in zip(scene.solved(), replace(scene, force=2 * scene.force).solved(), strict=True):
+    for state, doubled in zip(scene.solved, replace(scene, force=2 * scene.force).solved, strict=True):
         assert doubled.te > state.te
     ideal = plain(scene)
     if not ideal.pair.beta_b:
-        for state, doubled in zip(ideal.solved(), replace(ideal, force=2 * ideal.force).solved(), strict=True):
+        for state, doubled in zip(ideal.solved, replace(ideal, force=2 * ideal.force).solved, strict=True):
             assert doubled.te < 2 * state.te
 
 
 def unloaded_flanks_just_touch(scene: Scene) -> None:
     ideal = plain(scene)
     assert ideal.contact.state(0.0).te == pytest.approx(0, abs=1e-6 * um)
-    light = replace(ideal, force=1e-6 * ideal.force).solved()
-    for state, loaded in zip(light, ideal.solved(), strict=True):
+    light = replace(ideal, force=1e-6 * ideal.force).solved
+    for state, loaded in zip(light, ideal.solved, strict=True):
         assert 0 < state.te < 1e-4 * loaded.te
 
 
@@ -201,10 +203,9 @@ def modes_agree(scene: Scene) -> None:
     """
     even = of_pair(plain(scene), lambda gear: replace(gear, b=scene.pair.b))
     phases = [replace(even, axial=0.0, slices=32, phase=i / 4) for i in range(4)]
-    resolved, sliced = np.array([[state.te for state in phase.solved()] for phase in phases]).mean(axis=0)
-    if resolved > MESHABLE * scene.pair.pinion.m_n:
-        reject()
-    assert sliced == pytest.approx(resolved, rel=BAND), f"slices {sliced / resolved - 1:.2%} off"
+    resolved, sliced = np.array([[state.te for state in phase.solved] for phase in phases]).mean(axis=0)
+    if resolved < MESHABLE * scene.pair.pinion.m_n:
+        assert sliced == pytest.approx(resolved, rel=BAND), f"slices {sliced / resolved - 1:.2%} off"
 
 
 CHECKS = (
@@ -218,16 +219,21 @@ CHECKS = (
 )
 
 
-@given(scenes())
-@FAST
-def test_invariants_of_a_few_pairs(scene):
-    for check in CHECKS:
+def check_all(scene: Scene, checks) -> None:
+    for check in checks:
         check(scene)
 
 
+@given(scenes())
+@FAST
+def test_invariants_of_a_few_pairs(scene):
+    check_all(scene, CHECKS)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("check", (*CHECKS, sizes_and_stiffness_scale))
+@pytest.mark.parametrize("part", range(4))
 @given(scene=scenes())
 @MANY
-def test_invariants_of_hundreds_of_pairs(check, scene):
-    check(scene)
+def test_invariants_of_many_pairs(part, scene):
+    """Each part draws other pairs."""
+    check_all(scene, (*CHECKS, sizes_and_stiffness_scale))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from coarse_maps import COARSE
 from contacts import position_of
 from measured_rows import deviation
 from modified_pairs import end_relieved
@@ -68,7 +69,7 @@ def test_kinks_of_both_gears_may_coincide():
     wheels = (paper_gear(b=25 * mm, flank=(fem.EndRelief(20 * um, long),)) for long in (5 * mm, 5 * mm + 1e-9))
     at_same_section, a_nanometre_apart = (
         fem.static_transmission_error(
-            fem.GearPair(pinion, wheel, a=150 * mm), [5, 350], 4, offsets=offsets, progress=False
+            fem.GearPair(pinion, wheel, a=150 * mm), [5, 350], 4, offsets=offsets, resolution=COARSE, progress=False
         )
         for wheel in wheels
     )
@@ -88,7 +89,7 @@ def test_narrow_slices_beside_kinks_bear_any_load():
             torque,
             [0.1, 0.25, 0.4],
             offsets=fem.Offsets(axial=0.6 * mm),
-            resolution=fem.Slices(slices=slices),
+            resolution=fem.Slices(COARSE.density, slices),
             progress=False,
         )["te"].values[0]
         for slices in (6, 12, 20, 40)

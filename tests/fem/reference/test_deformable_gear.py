@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from paper_gears import paper_gear
-from skfem import ElementQuad1
+from skfem import ElementHex2, ElementQuad1, ElementQuad2
 
 import fem
 from fem import Density, dynamic
-from fem.reference.deformable_gear import DeformableGear, clamped_pair, with_edges
+from fem.reference.deformable_gear import DeformableGear, clamped_pair, flank_flexibility, with_edges
 from fem.reference.st_venant_kirchhoff import lumped_mass
 from fem.reference.time_integration import LoadedRun
 from fem.units import mm, um
@@ -35,6 +35,18 @@ def test_teeth_outside_the_mesh_count_as_inertia_of_the_hub():
     assert inertia(few, few.masses) == pytest.approx(inertia(whole, whole.masses), rel=0.006)
     free = few.free // 2
     np.testing.assert_array_equal(few.masses[free], lumped_mass(few.solid)[free])
+
+
+@pytest.mark.parametrize("element", [ElementQuad2(), ElementHex2()])
+@pytest.mark.parametrize("mass", [0.0, 1e8])
+def test_flanks_yield_as_by_solutions_for_single_forces(element, mass):
+    tiny = Density(flank=4, fillet=1, tooth=1, rim=1, body=1, width=1, teeth=1, behind=1)
+    gear, _ = clamped_pair(fem.GearPair(SMALL, SMALL), tiny, element)
+    operator = gear.flank_operator
+    forces = operator[::7].T.toarray().reshape(*gear.solid.positions.shape, -1)
+    expected = operator @ gear.solver(mass)(forces).reshape(operator.shape[1], -1)
+    flexibility = flank_flexibility(gear, mass)[:, ::7]
+    assert flexibility == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())
 
 
 def test_wheel_accelerates_by_the_inertia_of_all_its_teeth():

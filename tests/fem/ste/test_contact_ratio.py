@@ -69,11 +69,10 @@ def test_contact_ratio_of_right_flanks_is_that_of_the_mirrored_pair():
 
 def test_contact_ratio_without_load_is_the_nominal_one_at_each_centre_distance(paper_pair):
     apart = (paper_pair.a, paper_pair.a + 0.3 * mm)
-    options = {"resolution": fem.Slices(), "progress": False}
-    ste = fem.static_transmission_error(paper_pair, [0, 150], 12, offsets=fem.Offsets(a=apart), **options)
+    ste = ste_of(paper_pair, [0, 150], 12, offsets=fem.Offsets(a=apart))
     nominal = [replace(paper_pair, a=a).eps_gamma for a in apart]
     assert ste["contact_ratio"].dims == ("torque", "a")
     assert ste["contact_ratio"].sel(torque=0).values == pytest.approx(nominal, rel=1e-12)
     helical = fem.GearPair(few_teeth(beta=15 * deg), few_teeth(beta=-15 * deg))
-    (unloaded,) = fem.static_transmission_error(helical, 0, 6, **options)["contact_ratio"].values
+    (unloaded,) = contact_ratio(helical, 0, 6)
     assert unloaded == pytest.approx(helical.eps_alpha + helical.eps_beta)
