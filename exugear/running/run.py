@@ -150,10 +150,11 @@ def run(
         start_speed=start_speed,
         stop=stop or (),
         initial=initial.data if initial else None,
+        power=power,
+        displacement=displacement,
     )
-    recorded = replace(conditions, power=power, displacement=displacement)
     steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    return _solved(model, recorded, initial, executor, progress=progress, checks=checks, **steps)
+    return _solved(model, conditions, initial, executor, progress=progress, checks=checks, **steps)
 
 
 @checked
@@ -208,10 +209,10 @@ def run_up(
     part, Newton's iteration fails or a process is killed; where that is so in the equilibrium at the start, the run has
     no samples, and the exception is a ValueError, too. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
-    conditions = run_up_conditions(model.gearbox, speed, load, duration)
-    recorded = replace(conditions, power=power, displacement=displacement)
+    output = {"power": power, "displacement": displacement}
+    conditions = run_up_conditions(model.gearbox, speed, load, duration, **output)
     steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    return _solved(model, recorded, None, executor, progress=progress, checks=checks, **steps)
+    return _solved(model, conditions, None, executor, progress=progress, checks=checks, **steps)
 
 
 def _solved(
