@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.gearbox.drag import DragTerms
 from exugear.gearbox.elastic_carrier import SeriesPin, check_carrier, pins_in_series
 from exugear.gearbox.elastic_ring import ElasticRing
 from exugear.gearbox.gear_train import (
@@ -137,7 +138,7 @@ class Gearbox:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
         return f"Gearbox({', '.join(f'{label}: {pair.pinion.z}/{pair.wheel.z} teeth' for label, pair in pairs)})"
 
-    @property
+    @cached_property
     def shafts(self) -> tuple[Shaft, ...]:
         """All shafts in the order of the stages, each once, a carrier behind the shafts of its first stage."""
         return tuple({shaft.name: shaft for stage in self.stages for shaft in stage.shafts}.values())
@@ -172,6 +173,14 @@ class Gearbox:
         return {x.name: without_drags(x, [at for name, at in between if name == x.name]) for x in self.shafts}
 
     @cached_property
+    def drag_terms(self) -> tuple[list[list[DragTerms]], list[tuple[int, int, DragTerms]]]:
+        """Terms of the drags of `braked_on_ground`, by the shafts; numbers of both shafts and terms of others."""
+        numbers = {shaft.name: number for number, shaft in enumerate(self.shafts)}
+        on_ground = [[drag.terms for _, drag in shaft.drags] for shaft in self.braked_on_ground.values()]
+        between = [(numbers[carried], numbers[carrying], drag.terms) for carried, carrying, drag in self.drags_between]
+        return on_ground, between
+
+    @cached_property
     def elastic_carriers(self) -> dict[str, Housing]:
         """Stiffness of the carriers that yield between the pins of their planets, by the names of their shafts."""
         return {x.carrier.name: x.carrier_stiffness for x in self.sets if x.carrier_stiffness}
@@ -197,7 +206,7 @@ class Gearbox:
             angles.append(start - sense * (stage.angle - angle) if stage.pair.wheel.z < 0 else 0.0)
         return tuple(angles)
 
-    @property
+    @cached_property
     def planets_on_pins(self) -> tuple[str, ...]:
         """Names of the planets on elastic pins, which move in the plane or in space."""
         return tuple(shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.bearings)
@@ -255,7 +264,7 @@ class Gearbox:
         """`inertias` with those of the rotors behind the couplings of each shaft [kg m^2]."""
         return {shaft.name: self.inertias[shaft.name] + shaft.rotor_inertia for shaft in self.shafts}
 
-    @property
+    @cached_property
     def ends(self) -> dict[str, Shaft]:
         """Shaft by the name of each body that a drive or a load may act on: the shafts, and the rotors behind them."""
         shafts = {shaft.name: shaft for shaft in self.shafts}

@@ -4,9 +4,10 @@
 
 pybind11 unwraps a callable that is itself a stateless C++ function of the wanted type: it reads the address of that
 function out of the record behind the callable. `native_user_function` copies the record of one of Exudyn's own
-functions and writes another address and type into it. At that address lies the machine code of `ASSEMBLY`: it reads
-Exudyn's vectors and calls the kernel by numba's convention, i32 (result, exception, arguments). Where the kernel
-raises, the code asks Python for the reason and throws a C++ exception with that message.
+functions and writes another address and type into it. At that address lie three instructions (`entries_with`) that hand
+data of this function to the machine code of `ASSEMBLY`: it reads Exudyn's vectors and calls the kernel by numba's
+convention, i32 (result, exception, arguments). Where the kernel raises, the code asks Python for the reason and throws
+a C++ exception with that message.
 
 This is a deliberate hack that nothing outside of this module depends on. It works on Linux x86-64 for the releases of
 Exudyn, pybind11, numba and LLVM that have these records and conventions. So it is checked first, in a separate process
@@ -15,6 +16,7 @@ calls the kernel by way of Python: same numbers, slower. The printed plan of a m
 """
 
 import ctypes
+import mmap
 import os
 import platform
 import subprocess
@@ -65,22 +67,24 @@ PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 LONGEST_MESSAGE = 1000
 
 #: What Exudyn calls (contact) and what Python calls (call). A vector<double> is three pointers: begin, end, capacity.
+#: data: kernel, compile, explain, portable, addresses of the records. LLVM passes a nest argument in the register r10.
 #: The kernel is compiled at the first call: a model that is drawn does without, and modes compile contacts alone.
 ASSEMBLY = """
-@compiled = internal global ptr null
-define ptr @contact(ptr %forces, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t) {{
+define ptr @contact(ptr nest %data, ptr %forces, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t) {{
 entry:
   %exception = alloca ptr
   %begin = call ptr {new}(i64 {size})
   %coordinates = load ptr, ptr %q
   %velocities = load ptr, ptr %q_t
   {loads}
-  %known = load ptr, ptr @compiled
+  %known = load ptr, ptr %data
   %is_known = icmp ne ptr %known, null
   br i1 %is_known, label %run, label %first
 first:
-  %new = call ptr {compile}()
-  store ptr %new, ptr @compiled
+  %compile.at = getelementptr ptr, ptr %data, i64 1
+  %compile = load ptr, ptr %compile.at
+  %new = call ptr %compile()
+  store ptr %new, ptr %data
   %is_compiled = icmp ne ptr %new, null
   br i1 %is_compiled, label %run, label %failure
 run:
@@ -98,15 +102,23 @@ success:
   ret ptr %forces
 failure:
   call void {delete}(ptr %begin)
-  %message = call ptr {explain}(double %t, ptr %coordinates, ptr %velocities)
-  %never = musttail call ptr {throw}(ptr %message, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t)
+  %explain.at = getelementptr ptr, ptr %data, i64 2
+  %explain = load ptr, ptr %explain.at
+  %message = call ptr %explain(double %t, ptr %coordinates, ptr %velocities)
+  %never = musttail call ptr {throw}(ptr nest %data, ptr %message, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t)
   ret ptr %never
 }}
-define ptr @call(ptr %self, ptr %arguments) {{
-  %result = tail call ptr {python}(ptr {portable}, ptr %arguments)
+define ptr @call(ptr nest %data, ptr %self, ptr %arguments) {{
+  %portable.at = getelementptr ptr, ptr %data, i64 3
+  %portable = load ptr, ptr %portable.at
+  %result = tail call ptr {python}(ptr %portable, ptr %arguments)
   ret ptr %result
 }}
 """
+#: Number of data before the addresses of the records.
+BEFORE_ADDRESSES = 4
+#: x86-64: r10 = data; r11 = code; jump to r11.
+SET_R10, SET_R11, JUMP_TO_R11 = b"\x49\xba", b"\x49\xbb", b"\x41\xff\xe3"
 
 
 def direct(
@@ -190,12 +202,16 @@ def native_user_function(portable, kernel, addresses: tuple[int, ...], n: int):
     explain = explaining(portable, n, keep.message)
     keep.explain = CFUNCTYPE(c_void_p, c_double, POINTER(c_double), POINTER(c_double))(explain)
     keep.compile = CFUNCTYPE(c_void_p)(compiling(kernel, len(addresses), n))
-    keep.code = machine_code(assembly(addresses, n, keep))
+    functions = code_address(keep.compile), code_address(keep.explain), id(portable)
+    keep.data = (c_uint64 * (BEFORE_ADDRESSES + len(addresses)))(0, *functions, *addresses)
+    code = machine_code(len(addresses), n)
+    keep.entries = entries_with(keep.data, [code.get_function_address(name) for name in ("contact", "call")])
+    contact, call = (keep.entries.ctypes.data + i * keep.entries.itemsize for i in range(2))
     keep.name = ctypes.create_string_buffer(SIGNATURE)
     keep.type = (c_uint64 * 2)(0, addressof(keep.name))
-    record[FUNCTION], record[TYPE] = keep.code.get_function_address("contact"), addressof(keep.type)
+    record[FUNCTION], record[TYPE] = contact, addressof(keep.type)
     keep.record = record
-    keep.method = Method(portable.__name__.encode(), keep.code.get_function_address("call"), 1, None)
+    keep.method = Method(portable.__name__.encode(), call, 1, None)
     capsule = python_api_function("PyCapsule_New", py_object, c_void_p, c_void_p, c_void_p)(
         addressof(record), name, None
     )
@@ -234,27 +250,28 @@ def entry_of(kernel, number: int, n: int) -> int:
     return overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name)
 
 
-def assembly(addresses: tuple[int, ...], n: int, keep) -> str:
-    """`ASSEMBLY` for a kernel of n coordinates."""
+def assembly(number: int, n: int) -> str:
+    """`ASSEMBLY` for kernels of a number of addresses and n coordinates."""
     cpp = ctypes.CDLL("libstdc++.so.6")
     symbols = {
-        "compile": code_address(keep.compile),
         "new": code_address(cpp._Znwm),
         "delete": code_address(cpp._ZdlPv),
         "throw": code_address(cpp._ZSt21__throw_runtime_errorPKc),
-        "explain": code_address(keep.explain),
-        "portable": id(keep.portable),
         "python": code_address(ctypes.pythonapi.PyObject_CallObject),
     }
     loads = [
-        f"%{vector}.{i} = getelementptr double, ptr %{vector}, i64 {i}\n  %{x}.{i} = load double, ptr %{vector}.{i}"
-        for vector, x in (("coordinates", "q"), ("velocities", "v"))
-        for i in range(n)
+        f"%{array}.{i} = getelementptr {kind}, ptr %{array}, i64 {i}\n  %{x}.{i} = load {kind}, ptr %{array}.{i}"
+        for array, kind, x, entries in (
+            ("coordinates", "double", "q", range(n)),
+            ("velocities", "double", "v", range(n)),
+            ("data", "i64", "address", range(BEFORE_ADDRESSES, BEFORE_ADDRESSES + number)),
+        )
+        for i in entries
     ]
     return ASSEMBLY.format(
         size=8 * n,
         loads="\n  ".join(loads),
-        addresses=", ".join(f"i64 {address}" for address in addresses),
+        addresses=", ".join(f"i64 %address.{BEFORE_ADDRESSES + i}" for i in range(number)),
         state=", ".join(f"double %{x}.{i}" for x in "qv" for i in range(n)),
         **{name: f"inttoptr (i64 {address} to ptr)" for name, address in symbols.items()},
     )
@@ -265,12 +282,24 @@ def code_address(function) -> int:
     return ctypes.cast(function, c_void_p).value or 0
 
 
-def machine_code(text: str):
-    """Engine that holds the machine code of LLVM assembly."""
+@cache
+def machine_code(number: int, n: int):
+    """Engine that holds the machine code of `assembly`."""
     machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(assembly(number, n)), machine)
     engine.finalize_object()
     return engine
+
+
+def entries_with(data, codes: Sequence[int]) -> np.ndarray:
+    """Executable memory (n, 32 bytes): each row hands data to one of the codes at these addresses (n,)."""
+    flags, prot = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, mmap.PROT_READ | mmap.PROT_WRITE | mmap.PROT_EXEC
+    memory = mmap.mmap(-1, mmap.PAGESIZE, flags, prot)
+    entries = np.frombuffer(memory, "S32", len(codes))
+    for i, code in enumerate(codes):
+        words = (address.to_bytes(8, "little") for address in (addressof(data), code))
+        entries[i] = SET_R10 + next(words) + SET_R11 + next(words) + JUMP_TO_R11
+    return entries
 
 
 def compiling(kernel, number: int, n: int):

@@ -345,14 +345,30 @@ class Conditions:
         return f"{imposed}: torques that are not in balance accelerate shafts, at the start {', '.join(free)}"
 
 
-def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:
+def run_up_conditions(
+    gearbox: Gearbox,
+    speed: TimeFunction,
+    load: TimeFunction,
+    duration: float,
+    *,
+    power: bool = False,
+    displacement: bool = False,
+) -> Conditions:
     """Imposed speed of the driving shaft and load on the driven one; all free speeds keep their nominal ratios."""
     require_within("duration", duration, 0, LONGEST, remedy="s")
     check_time_function("load", load)
     if not callable(load) and np.size(load) <= 2:
         load = float(np.ravel(load)[0]) if np.size(load) == 1 else tuple(np.ravel(load).tolist())
     end = end_of(gearbox, gearbox.driven.name, -1, Torque(load), "load")
-    return Conditions(gearbox, duration, nominal_speeds(gearbox, speed, duration), (end,), run_up=(speed, load))
+    return Conditions(
+        gearbox,
+        duration,
+        nominal_speeds(gearbox, speed, duration),
+        (end,),
+        run_up=(speed, load),
+        power=power,
+        displacement=displacement,
+    )
 
 
 def nominal_speeds(gearbox: Gearbox, speed: TimeFunction, duration: float) -> tuple[ImposedSpeed, ...]:
@@ -378,6 +394,8 @@ def conditions_of(
     start_speed: float | Mapping[str, float] | None,
     stop: Sequence[StopCondition],
     initial: xr.Dataset | None,
+    power: bool = False,
+    displacement: bool = False,
 ) -> Conditions:
     """The conditions of `exugear.run`; ValueError for shafts that do not exist, and for ends that contradict.
 
@@ -399,7 +417,8 @@ def conditions_of(
     imposed = tuple(ImposedSpeed(gearbox.ends[name].name, x.value, senses[name]) for name, x in speeds.items())
     require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")
     start = _start_speeds(gearbox, imposed, duration, start_speed, initial)
-    return Conditions(gearbox, duration, imposed, acting, start, stop=tuple(stop))
+    output = power, displacement
+    return Conditions(gearbox, duration, imposed, acting, start, 0.0, tuple(stop), None, *output)
 
 
 def check_ends(gearbox: Gearbox, drives: Mapping[str, Any], loads: Mapping[str, Any]) -> None:

@@ -1,5 +1,6 @@
 """Piecewise cubics that tabulate functions of time, speed or angle, for Python and for the compiled kernels."""
 
+from array import array
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -65,40 +66,47 @@ class PiecewiseCubic:
         return self.knots, self._integral[0].copy()
 
     @cached_property
-    def _at_knots(self) -> tuple[np.ndarray, list]:
-        return self.coefficients, self.coefficients.tolist()
+    def _at_knots(self) -> tuple[np.ndarray, array]:
+        return self.coefficients, _row_by_row(self.coefficients)
 
     @cached_property
-    def _slope(self) -> tuple[np.ndarray, list]:
+    def _slope(self) -> tuple[np.ndarray, array]:
         slopes = self.coefficients[:, 1:] * np.arange(1, 4)
-        return slopes, slopes.tolist()
+        return slopes, _row_by_row(slopes)
 
     @cached_property
-    def _integral(self) -> tuple[np.ndarray, list]:
+    def _integral(self) -> tuple[np.ndarray, array]:
         terms, widths = self.coefficients / np.arange(1, 5), np.diff(self.knots)[:, None]
         at_knots = np.cumsum(np.r_[0.0, (terms * widths ** np.arange(1, 5)).sum(axis=1)])
         integrals = np.column_stack([at_knots[:-1], terms])
-        return integrals, integrals.tolist()
+        return integrals, _row_by_row(integrals)
 
     @cached_property
-    def _knot_list(self) -> list[float]:
-        return self.knots.tolist()
+    def _plain_knots(self) -> array:
+        return _row_by_row(self.knots)
 
-    def _value(self, polynomials: tuple[np.ndarray, list], x):
+    def _value(self, polynomials: tuple[np.ndarray, array], x):
         """Value at x of polynomials in each piece; numbers, as Exudyn passes them, take a tenth of an array."""
-        of_pieces, listed = polynomials
+        of_pieces, row_by_row = polynomials
         value: Any = 0.0
         if self.single:
-            s, coefficients = x - self._knot_list[0], listed[0]
+            s, coefficients = x - self._plain_knots[0], row_by_row
         elif isinstance(x, float):
-            piece = min(max(bisect_right(self._knot_list, x) - 1, 0), len(listed) - 1)
-            s, coefficients = x - self._knot_list[piece], listed[piece]
+            knots = self._plain_knots
+            piece = min(max(bisect_right(knots, x) - 1, 0), len(knots) - 2)
+            width = len(row_by_row) // (len(knots) - 1)
+            s, coefficients = x - knots[piece], row_by_row[piece * width : (piece + 1) * width]
         else:
             pieces = interval_of(self.knots, x)
             s, coefficients = x - self.knots[pieces], of_pieces[pieces].T
         for c in reversed(coefficients):
             value = value * s + c
         return value
+
+
+def _row_by_row(values: np.ndarray) -> array:
+    """The values as an array of Python's, which reads a number in a tenth of the time that numpy takes."""
+    return array("d", values.tobytes())
 
 
 def of_spline(spline: Any) -> PiecewiseCubic:

@@ -26,15 +26,13 @@ def drag_torques(gearbox: Gearbox, speeds: np.ndarray) -> np.ndarray:
 
     Bearings whose load only the run knows count as unloaded.
     """
-    numbers = {shaft.name: number for number, shaft in enumerate(gearbox.shafts)}
-    torques = np.array([
-        -sum(braking_torque(drag.terms, speed, 0.0) for _, drag in gearbox.braked_on_ground[shaft.name].drags)
-        for shaft, speed in zip(gearbox.shafts, speeds.tolist(), strict=True)
-    ], float)  # fmt: skip
-    for carried, carrying, drag in gearbox.drags_between:
-        torque = braking_torque(drag.terms, speeds[numbers[carried]] - speeds[numbers[carrying]], 0.0)
-        torques[numbers[carried]] -= torque
-        torques[numbers[carrying]] += torque
+    on_ground, between = gearbox.drag_terms
+    of_shafts = zip(on_ground, speeds.tolist(), strict=True)
+    torques = np.array([-sum(braking_torque(x, speed, 0.0) for x in terms) for terms, speed in of_shafts], float)
+    for carried, carrying, terms in between:
+        torque = braking_torque(terms, speeds[carried] - speeds[carrying], 0.0)
+        torques[carried] -= torque
+        torques[carrying] += torque
     return torques
 
 

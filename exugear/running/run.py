@@ -150,9 +150,11 @@ def run(
         start_speed=start_speed,
         stop=stop or (),
         initial=initial.data if initial else None,
+        power=power,
+        displacement=displacement,
     )
     steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    return _solved(model, conditions, initial, executor, progress, checks, power, displacement, **steps)
+    return _solved(model, conditions, initial, executor, progress, checks, **steps)
 
 
 @checked
@@ -207,9 +209,10 @@ def run_up(
     part, Newton's iteration fails or a process is killed; where that is so in the equilibrium at the start, the run has
     no samples, and the exception is a ValueError, too. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
-    conditions = run_up_conditions(model.gearbox, speed, load, duration)
+    output = {"power": power, "displacement": displacement}
+    conditions = run_up_conditions(model.gearbox, speed, load, duration, **output)
     steps = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    return _solved(model, conditions, None, executor, progress, checks, power, displacement, **steps)
+    return _solved(model, conditions, None, executor, progress, checks, **steps)
 
 
 def _solved(
@@ -219,13 +222,10 @@ def _solved(
     executor: Executor | None,
     progress: bool,
     checks: int,
-    power: bool,
-    displacement: bool,
     **steps: Any,
 ) -> Run:
     """The run under its conditions; steps as those of `scheme_of`."""
     require(checks >= 0, f"checks must be at least 0 segments (0: none is integrated again), got {checks}")
-    conditions = replace(conditions, power=power, displacement=displacement)
     if executor:
         check_parts(model, conditions)
     model = linearized(model, conditions.held, conditions.highest_speed)

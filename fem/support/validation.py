@@ -58,14 +58,17 @@ def text_of(value) -> str:
 def require_finite(name: str, values, remedy: str = "") -> None:
     """ValueError with the first of the values that is not finite, and its index in an array."""
     array = np.asarray(values, float)
-    index = np.argwhere(~np.isfinite(array))
-    if len(index):
-        at = f" at {index[0].tolist()}" if array.ndim else ""
-        raise ValueError(f"{name} must be finite, got {array[tuple(index[0])]:g}{at}{remedy and '; '}{remedy}")
+    finite = np.isfinite(array)
+    if not finite.all():
+        index = np.argwhere(~finite)[0]
+        at = f" at {index.tolist()}" if array.ndim else ""
+        raise ValueError(f"{name} must be finite, got {array[tuple(index)]:g}{at}{remedy and '; '}{remedy}")
 
 
 def number(name: str, value) -> float:
     """The value as a Python float; ValueError unless it is a real number within the range of floats."""
+    if isinstance(value, float):
+        return float(value)
     plain = value.item() if getattr(value, "shape", None) == () else value
     try:
         if isinstance(plain, Real):
