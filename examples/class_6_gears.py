@@ -70,7 +70,7 @@ def main(folder: Path, quick: bool = False):
     """Peak to peak and pressure of all gears, rank correlations, Sobol indices at the torques."""
     folder.mkdir(parents=True, exist_ok=True)
     nominal = measures()  # finite elements are solved here, once
-    number, points = (40, 4) if quick else (1000, 64)
+    number, points = (20, 2) if quick else (1000, 64)
     with ProcessPoolExecutor(2) as processes:
         shared = {"executor": None if quick else processes, "progress": not quick}
         gears = exugear.monte_carlo(measures, TOLERANCES, number=number, seed=6, store=folder / "class_6", **shared)

@@ -26,7 +26,7 @@ LOST, NOISE = (0.0, 0.05, 0.1, 0.2, 0.3), 0.1
 CHANGE, SHOWN = "kurtosis of the change", ("kurtosis of the change", "NA4", "kurtosis")
 
 
-def stage(lost: float) -> exugear.Stage:
+def stage(lost: float, resolution: fem.Resolution | fem.Slices) -> exugear.Stage:
     """The pair with a pinion whose tooth has lost a share of its stiffness."""
     bare = [fem.Gear(z=z, m_n=3 * mm, b=20 * mm, d_bore=25 * mm) for z in Z]
     classed = [
@@ -35,14 +35,15 @@ def stage(lost: float) -> exugear.Stage:
     crack = (fem.OnTooth(TOOTH, fem.crack(bare[0], lost)),) if lost else ()
     pinion, wheel = replace(classed[0], flank=(*classed[0].flank, *crack)), classed[1]
     pair = fem.GearPair(pinion, wheel, a=fem.GearPair(*bare).a + 0.1 * mm)
-    law = exugear.MeshForce.from_tooth_pairs(fem.tooth_pair_map(pair, 1.5 * LOAD, progress=False), damping=2000.0)
+    pairs = fem.tooth_pair_map(pair, 1.5 * LOAD, resolution=resolution, progress=False)
+    law = exugear.MeshForce.from_tooth_pairs(pairs, damping=2000.0)
     shafts = [exugear.Shaft(name, {0.0: gear}) for name, gear in (("pinion", pinion), ("wheel", wheel))]
     return exugear.Stage(*shafts, law, pair=pair)
 
 
-def vibration(lost: float, duration: float) -> xr.DataArray:
+def vibration(lost: float, duration: float, resolution: fem.Resolution | fem.Slices) -> xr.DataArray:
     """Transmission error at constant speed."""
-    model = exugear.build(exugear.Gearbox([stage(lost)]))
+    model = exugear.build(exugear.Gearbox([stage(lost, resolution)]))
     run = exugear.run_up(model, speed=(SPEED, SPEED), duration=duration, load=LOAD, progress=False, checks=0)
     return exugear.signal(run, "dte", stage=0).sel(time=slice(0.1, None))
 
@@ -72,8 +73,8 @@ def told_apart(sound: xr.DataArray, cracked: xr.DataArray, baseline: xr.DataArra
 def main(folder: Path, quick: bool = False) -> dict[float, xr.Dataset]:
     """Indicators by the lost share of the stiffness; a figure."""
     folder.mkdir(parents=True, exist_ok=True)
-    lost_shares, duration = (LOST[::2], 4.2) if quick else (LOST, 8.0)
-    vibrations = {lost: vibration(lost, duration) for lost in lost_shares}
+    lost_shares, *run = (LOST[::2], 4.2, fem.Slices()) if quick else (LOST, 8.0, fem.Resolution())
+    vibrations = {lost: vibration(lost, *run) for lost in lost_shares}
     seen = {lost: averages(dte, round(100 * lost)) for lost, dte in vibrations.items()}
     indicators = {lost: indicators_of(x.isel(average=slice(1, None)), seen[0.0]) for lost, x in seen.items()}
     apart = told_apart(vibrations[0.0], vibrations[0.1], seen[0.0], 3 if quick else 20)

@@ -33,14 +33,18 @@ def picked(data, number: int) -> np.ndarray:
 
 
 def compare(model: exugear.Model, data, load: float, number: int, step: float) -> None:
-    """Compare orbits with a run that sweeps up, or else down, through their speeds."""
+    """Compare orbits with a run that sweeps up through their speeds, or else with one that sweeps down."""
     orbits = [data.isel(point=point) for point in picked(data, number)]
     speeds = [float(orbit["speed"]) for orbit in orbits]
-    up = swept(model, [200 * rpm, *speeds], load, step)[1:]
-    down = swept(model, [TOP, *reversed(speeds)], load, step)[:0:-1]
-    for orbit, *runs in zip(orbits, up, down, strict=True):
+    runs = swept(model, [200 * rpm, *speeds], load, step)[1:]
+    missed = [dte.std() != pytest.approx(float(x["rms"]), rel=1e-3) for x, dte in zip(orbits, runs, strict=True)]
+    if any(missed):
+        lowest = missed.index(True)
+        down = swept(model, [TOP, *reversed(speeds[lowest:])], load, step)[:0:-1]
+        pairs = zip(runs[lowest:], down, missed[lowest:], strict=True)
+        runs[lowest:] = [new if is_missed else dte for dte, new, is_missed in pairs]
+    for orbit, dte in zip(orbits, runs, strict=True):
         rms, mean, peak_to_peak = (float(orbit[name]) for name in ("rms", "mean", "peak_to_peak"))
-        dte = min(runs, key=lambda dte: abs(dte.std() / rms - 1))
         assert dte.std() == pytest.approx(rms, rel=1e-3), float(orbit["mesh_frequency"])
         assert np.ptp(dte) == pytest.approx(peak_to_peak, rel=1e-3)
         assert dte.mean() == pytest.approx(mean, abs=1e-3 * peak_to_peak)

@@ -177,10 +177,10 @@ def elastic_turn(z: tuple[int, int, int], softer: float = 0.0) -> np.ndarray:
         **members, **meshes, sun_pair=pair, damping=3e4, ring_modes=modes, ring_damping_ratio=0.05
     )
     turn, number = 0.4, 12 * abs(z[2])
-    options = {"sample": turn / number, "step": turn / number / 68, "progress": False, "checks": 0}
+    options = {"sample": turn / number, "step": turn / number / 34, "progress": False, "checks": 0}
     drive = {"sun": 2 * np.pi / turn * (1 + abs(z[2]) / z[0])}
     model = exugear.build(exugear.Gearbox([of_set], held="ring"))
-    run = exugear.run(model, drives=drive, loads={"carrier": 600.0}, duration=1.5 * turn, **options)
+    run = exugear.run(model, drives=drive, loads={"carrier": 600.0}, duration=1.25 * turn, **options)
     signal = exugear.RingSensor(0.3, quantity="acceleration").signal(run.data.isel(time=slice(-number, None)))
     return 2 * np.abs(np.fft.rfft(signal.values)) / signal.size
 

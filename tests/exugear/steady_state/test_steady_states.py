@@ -30,14 +30,14 @@ def test_stable_orbits_are_those_of_settled_runs(spinning, spinning_states):
 @pytest.mark.slow
 @pytest.mark.parametrize("load", [150.0, 350.0])
 def test_stable_orbits_are_those_of_settled_runs_at_twenty_speeds(spinning, load):
-    compare(spinning, exugear.steady_states(spinning, speed=(0.0, TOP), load=load), load, number=20, step=1e-6)
+    compare(spinning, exugear.steady_states(spinning, speed=(0.0, TOP), load=load), load, number=20, step=3e-6)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("load", [150.0, 350.0])
 def test_all_branches_of_the_pair_take_less_time_than_a_run_up_of_70_s(spinning, load, measured):
     """Half as long was measured, about 3 s on a slow machine."""
-    exugear.steady_states(spinning, speed=(0.0, TOP), load=load)
+    exugear.steady_states(spinning, speed=(0.0, 0.1 * TOP), load=load)  # compiles
     began = process_time()
     exugear.steady_states(spinning, speed=(0.0, TOP), load=load)
     branches_found = process_time()

@@ -6,7 +6,6 @@ import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 from multiprocessing import get_context
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -132,8 +131,8 @@ def test_cases_of_different_size_are_failures_beside_the_first_one():
 
 @pytest.mark.parametrize(
     "make",
-    [None, lambda: ThreadPoolExecutor(3), pytest.param(processes, marks=pytest.mark.slow)],
-    ids=["here", "threads", "processes"],
+    [None, lambda: ThreadPoolExecutor(3)],
+    ids=["here", "threads"],
 )
 def test_seeds_repeat_the_draws_bit_for_bit_on_any_executor(make):
     cases = [{"level": 1.0}] * 6
@@ -269,22 +268,6 @@ def test_bad_sweeps_are_refused_before_they_begin():
         quiet_sweep(lambda x: {"x": 1.0}, [{"x": 1}])
     with ProcessPoolExecutor(1) as pool, pytest.raises(ValueError, match="define it at the top of a module"):
         quiet_sweep(lambda x: x, [{"x": 1}], executor=pool)
-
-
-@pytest.mark.slow
-def test_a_local_cluster_of_dask_gives_the_same(tmp_path):
-    from distributed import Client, LocalCluster  # an import of seconds
-
-    cases = [{"level": float(k)} for k in range(20)]
-    here = quiet_sweep(studies.noisy, cases, seed=4)
-    with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
-        Client(cluster) as client,
-    ):
-        client.run(sys.path.append, str(Path(studies.__file__).parent))
-        on_cluster = quiet_sweep(studies.noisy, cases, seed=4, executor=client.get_executor(), store=tmp_path)
-    xr.testing.assert_identical(on_cluster, here)
-    assert len(list(tmp_path.glob("*.nc"))) == 20
 
 
 @pytest.mark.slow

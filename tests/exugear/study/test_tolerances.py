@@ -1,17 +1,12 @@
 """Monte Carlo over tolerances, rank correlation and Sobol indices."""
 
-import os
-import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
 import scipy
 import studies
 import xarray as xr
-from relieved_pairs import loudness
 
 import exugear
 import fem
@@ -124,22 +119,3 @@ def test_measures_of_cases_are_those_of_single_calls(paper_pair):
         swing, pressure = fem.peak_to_peak(ste)["peak_to_peak"], ste["hertz_pressure"].max("phase")
         assert data["peak_to_peak"][case].values == pytest.approx(swing.values, rel=1e-12)
         assert data["hertz_pressure"][case].values == pytest.approx(pressure.values, rel=1e-12)
-
-
-@pytest.mark.slow
-def test_processes_and_a_cluster_of_dask_give_the_same_bits(tmp_path, monkeypatch):
-    """Each process reads the compliances from the cache that the nominal case has filled."""
-    from distributed import Client, LocalCluster  # an import of seconds
-
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(sys.path))
-    normal = scipy.stats.norm
-    tolerances = {"C_a": normal(10 * um, 2 * um), "misalignment": normal(0, 1e-4)}
-    options = {"number": 12, "seed": 2, "progress": False}
-    here = exugear.monte_carlo(loudness, tolerances, **options)
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
-        xr.testing.assert_identical(exugear.monte_carlo(loudness, tolerances, **options, executor=executor), here)
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, Client(cluster) as client:
-        executor = client.get_executor()
-        on_cluster = exugear.monte_carlo(loudness, tolerances, **options, executor=executor, store=tmp_path)
-    xr.testing.assert_identical(on_cluster, here)
-    assert len(list(tmp_path.glob("*.nc"))) == 12
