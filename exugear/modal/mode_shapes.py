@@ -1,5 +1,6 @@
 """Labels of mode shapes: shafts and their coordinates in a gearbox, bodies and coordinates in a hand-built system."""
 
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -110,15 +111,23 @@ def _energy_of_ring(ring: BuiltRing, modes: Eigenmodes) -> np.ndarray:
 
 
 def parts_of_shafts(model: Model) -> dict[str, tuple]:
-    """Gears and bearings along the shafts, for pictures of the modes: variables over the dimension `part`."""
-    gears = [
-        (x.name, "gear", axial, abs(gear.r), gear.b) for x in model.gearbox.shafts for axial, gear in x.gears.items()
+    """Gears and bearings along the shafts, for pictures of the modes: variables over the dimension `part`.
+
+    A carrier is a part, too, by the radius on which its first planet orbits and the width of this planet.
+    """
+    box = model.gearbox
+    gears = [(x.name, "gear", axial, abs(gear.r), gear.b) for x in box.shafts for axial, gear in x.gears.items()]
+    first = {carrier.name: box.ends[planet] for planet, carrier in reversed(box.planets.items())}
+    carriers = [
+        (name, "carrier", axial, hypot(*np.subtract(box.shaft_positions[x.name], box.shaft_positions[name])), gear.b)
+        for name, x in first.items()
+        for axial, gear in x.gears.items()
     ]
-    bearings = [(x.name, "bearing", axial, 0.0, 0.0) for x in model.gearbox.shafts for axial in x.bearings]
-    shafts, kinds, axial, radius, width = zip(*gears, *bearings, strict=True)
+    bearings = [(x.name, "bearing", axial, 0.0, 0.0) for x in box.shafts for axial in x.bearings]
+    shafts, kinds, axial, radius, width = zip(*gears, *carriers, *bearings, strict=True)
     return {
         "part_shaft": ("part", list(shafts), {"units": "", "long_name": "shaft of the part"}),
-        "part_kind": ("part", list(kinds), {"units": "", "long_name": "gear, bearing or other part"}),
+        "part_kind": ("part", list(kinds), {"units": "", "long_name": "gear, carrier or bearing"}),
         "part_axial": ("part", np.array(axial), {"units": "m", "long_name": "axial position"}),
         "part_radius": ("part", np.array(radius), {"units": "m", "long_name": "reference radius"}),
         "part_width": ("part", np.array(width), {"units": "m", "long_name": "face width"}),

@@ -42,9 +42,9 @@ class Box(NamedTuple):
 def plot_gearbox(gearbox: Gearbox, ax: Axes | None = None, **style) -> Axes:
     """Side view of a gearbox to scale, its shafts unfolded into the plane of the drawing.
 
-    Mates lie at their centre distance; of a planetary set one planet is drawn. Gears have their tip and root circles,
-    bearings are crossed out, arrows show external forces. Shafts without sections have a nominal diameter, as dashed
-    lines show.
+    Mates lie at their centre distance; of a planetary set one planet is drawn, with the number of those that equal it.
+    Gears have their tip and root circles, bearings are crossed out, arrows show external forces. Shafts without
+    sections have a nominal diameter, as dashed lines show.
 
     style   of all bodies: matplotlib's edgecolor, linewidth, hatch, …
     """
@@ -57,22 +57,26 @@ def plot_gearbox(gearbox: Gearbox, ax: Axes | None = None, **style) -> Axes:
     ax.spines["left"].set_visible(False)
     ax.autoscale_view()
     ax.grid(False)
-    _name(ax, drawn, heights)
+    _name(ax, drawn, heights, gearbox)
     return ax
 
 
-def _name(ax: Axes, shafts: list[Shaft], heights: dict[str, float]) -> None:
+def _name(ax: Axes, shafts: list[Shaft], heights: dict[str, float], gearbox: Gearbox) -> None:
     """Names with numbers of teeth beside the drawing; those of shafts on one axis below each other."""
     for height in sorted({*heights.values()}):
-        names = [_label(shaft) for shaft in shafts if heights[shaft.name] == height]
+        names = [_label(gearbox, shaft) for shaft in shafts if heights[shaft.name] == height]
         position: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
         text = "\n".join(names)
         ax.annotate(text, (0.0, height / mm), (-6, 0), ha="right", va="center", annotation_clip=False, **position)
 
 
-def _label(shaft: Shaft) -> str:
+def _label(gearbox: Gearbox, shaft: Shaft) -> str:
+    """Name and numbers of teeth; behind a planet how many equal ones there are."""
     teeth = [f"z {gear.z}" for gear in shaft.gears.values()]
-    return shaft.name if not teeth else f"{shaft.name}: {', '.join(teeth)}"
+    carrier = gearbox.planets.get(shaft.name)
+    alike = [name for name, on in gearbox.planets.items() if on is carrier and gearbox.ends[name].gears == shaft.gears]
+    times = f" (× {len(alike)})" if carrier is not None and len(alike) > 1 else ""
+    return shaft.name + times if not teeth else f"{shaft.name}: {', '.join(teeth)}{times}"
 
 
 def unfolded(gearbox: Gearbox) -> dict[str, float]:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
+from matplotlib.transforms import ScaledTranslation
 
 from exugear.plots.figures import DISTINCT, axes_or_new, check_result, legend, merged, styled
 from fem.support.arguments import Finite, checked
@@ -23,10 +24,17 @@ MARKED = 0.1
 LEGEND_SHARE = 0.5
 #: Highest frequency in a Campbell diagram over the highest of an order, and width of the label of an order [points].
 ROOM, LABEL_WIDTH = 1.1, 16
-#: Letters up to which the legend of a Campbell diagram has two columns, and shafts up to which names stand level.
-LABEL_BESIDE_LABEL, MANY_SHAFTS = 40, 4
+#: Letters up to which the legend of a Campbell diagram has two columns.
+LABEL_BESIDE_LABEL = 40
 #: Largest displacement in a picture of a mode over the largest radius.
 LARGEST = 0.5
+#: Least half width of a shaft in the picture, and half of the gap beside it, over the largest radius; share of the
+#: largest scale that rows of shafts must reach; height of the names above a row [m].
+LEAST_HALF, GAP, NEAR_BEST, ROW_OF_NAMES = 0.6, 0.15, 0.75, 8 * mm
+#: Share of a figure that the axes of a mode take.
+PLOTTED = 0.8
+#: Number of shafts up to which they stand in one row.
+FEW = 4
 #: Length in the picture below which an arrow is left out [m].
 LEAST_ARROW = 1 * mm
 AXIAL, ROTATION = DISTINCT[2:4]
@@ -118,8 +126,9 @@ def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1, angle: F
     Of a gearbox, lines show the displacement of a shaft's axis along x and along y, both drawn to the right, of elastic
     shafts the line in which they bend. Arrows
     along the axis show the axial displacement of the gears, arrows to the right their rotation times the reference
-    radius; the rotation of a rotor behind a coupling is multiplied by the largest radius on its shaft. All have the
-    same scale, in which the largest is half the largest radius.
+    radius, of a carrier times that of the orbit of its planets; the rotation of a rotor behind a coupling is multiplied
+    by the largest radius on its shaft. All have the same scale, in which the largest is half the largest radius. Many
+    shafts stand in rows below each other, of which z is told at each.
     Of a hand-built system base circles, with a spoke that shows the rotation, are grey at rest; a body without a gear
     has a dotted spoke.
     """
@@ -141,17 +150,86 @@ def _draw_shafts(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]
     shafts, extremes = _shafts(_at_angle(data, angle)), _shafts(data) + _shafts(_at_angle(data, pi / 2))
     radius = max(shaft.radius for shaft in shafts)
     scale = LARGEST * radius / max(*(shaft.largest for shaft in extremes), np.finfo(float).tiny)
-    positions = 2.3 * radius * np.arange(len(shafts)) / mm
-    for shaft, position in zip(shafts, positions, strict=True):
-        _draw_shaft(ax, shaft, position, scale, style)
+    along = scale * np.hypot(*np.reshape([shaft.shape[2] for shaft in extremes], (2, -1)))
+    layout = _laid_out(ax, shafts, along, radius)
+    for shaft, (position, below) in zip(shafts, layout.corners, strict=True):
+        _draw_shaft(ax, shaft, position, below, scale, style)
     for label, line in STYLES.items():
         ax.plot([], [], label=label, **line)
     ax.set_ylabel("z [mm]")
-    many = len(shafts) > MANY_SHAFTS
-    ax.set_xticks(positions, [shaft.name for shaft in shafts])
-    for name in ax.get_xticklabels() if many else ():
-        name.set(rotation=45, ha="right")
-    legend(ax, **{} if many else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": 4})
+    if layout.rows == 1:
+        ax.set_xticks([position for position, _ in layout.corners], [shaft.name for shaft in shafts])
+    else:
+        ticks = np.linspace(layout.low, layout.high, 2) / mm
+        ax.set_yticks(*zip(*((z - below, f"{z:.0f}") for below in layout.belows for z in ticks), strict=True))
+        ax.set_xticks([])
+        for shaft, (position, below) in zip(shafts, layout.corners, strict=True):
+            over = position, layout.high / mm - below
+            ax.annotate(shaft.name, over, (0, 3), textcoords="offset points", ha="center", annotation_clip=False)
+        ax.set_title(ax.get_title(), fontsize="medium", pad=22)
+    below_names = ScaledTranslation(0, -(28 if layout.rows == 1 else 6) / 72, ax.figure.dpi_scale_trans)
+    legend(ax, loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=ax.transAxes + below_names, ncols=4)
+
+
+class Layout(NamedTuple):
+    """Where shafts stand in the picture of a mode, in rows of equal height.
+
+    corners     (horizontal position, distance of its row below the first one) of each shaft [mm]
+    low, high   axial positions between which all is drawn [m]
+    """
+
+    corners: list[tuple[float, float]]
+    low: float
+    high: float
+
+    @property
+    def belows(self) -> list[float]:
+        """Distances of the rows below the first one [mm]."""
+        return sorted({below for _, below in self.corners})
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.belows)
+
+
+def _laid_out(ax: Axes, shafts: list["Shaft"], along: np.ndarray, radius: float) -> Layout:
+    """The fewest rows in which shafts are drawn at `NEAR_BEST` of the largest scale that any number of rows gives.
+
+    Up to `FEW` shafts stand in one row.
+
+    along    (n,) largest displacement of each along its axis in the picture [m]
+    radius   the largest of all [m]
+    """
+    width, height = _size(ax)
+    drawn = [
+        np.append(shaft.ends, shaft.spread) + np.array([-1, 1, -1, 1]) * x
+        for shaft, x in zip(shafts, along, strict=True)
+    ]
+    low, high = min(map(np.min, drawn)), max(map(np.max, drawn))
+    halves = np.maximum([shaft.radius for shaft in shafts], LEAST_HALF * radius) + GAP * radius
+    scales, corners = {}, {}
+    for rows in range(1, (len(shafts) if len(shafts) > FEW else 1) + 1):
+        groups = np.array_split(np.arange(len(shafts)), rows)
+        lengths = [2 * halves[group].sum() for group in groups]
+        names = ROW_OF_NAMES * (rows if rows > 1 else 0)
+        scales[rows] = min(width / max(lengths), max(height - names, names) / (rows * (high - low)))
+        apart = high - low + ROW_OF_NAMES / scales[rows]
+        corners[rows] = [
+            ((np.cumsum(halves[group]) + np.append(0, np.cumsum(halves[group])[:-1]))[i] / mm, row * apart / mm)
+            for row, group in enumerate(groups)
+            for i in range(group.size)
+        ]
+    best = max(scales.values())
+    return Layout(corners[min(rows for rows, scale in scales.items() if scale >= NEAR_BEST * best)], low, high)
+
+
+def _size(ax: Axes) -> tuple[float, float]:
+    """Width and height of axes [m] as printed, about, whatever a layout engine makes of them."""
+    box, spec = ax.figure.bbox, ax.get_subplotspec()
+    rows, columns = spec.get_gridspec().get_geometry() if spec else (1, 1)
+    printed = PLOTTED * 25.4 * mm / ax.figure.dpi
+    return printed * box.width / columns, printed * box.height / rows
 
 
 def _at_angle(data: xr.Dataset, angle: float) -> xr.Dataset:
@@ -171,7 +249,8 @@ def _shafts(data: xr.Dataset) -> list["Shaft"]:
 class Shaft(NamedTuple):
     """A shaft in the shape of a mode.
 
-    gears      (axial position [m], reference radius [m], face width [m]) of each
+    gears      (axial position [m], reference radius [m], face width [m]) of each; of a carrier those of its planets,
+               with the radius of their orbit
     bearings   their axial positions [m]
     centre     axial position of its centre of mass [m]
     shape      (6,) displacements, tilts and spin
@@ -191,6 +270,13 @@ class Shaft(NamedTuple):
     def radius(self) -> float:
         """Largest radius of its gears [m]."""
         return max(radius for _, radius, _ in self.gears)
+
+    @property
+    def spread(self) -> np.ndarray:
+        """(2,) axial positions between which its parts lie [m]."""
+        sides = [axial + side * width / 2 for axial, _, width in self.gears for side in (-1, 1)]
+        rotors = [self.ends[0] - (2 * number + 0.5) * self.gears[0][2] / 2 for number in range(1, len(self.rotors) + 1)]
+        return np.array([min(sides + rotors), max(sides)])
 
     @property
     def ends(self) -> np.ndarray:
@@ -225,7 +311,8 @@ def _shaft(data: xr.Dataset, name: str) -> Shaft:
     of_shaft = data.isel(part=np.flatnonzero(data["part_shaft"] == name))
     columns = (of_shaft[f"part_{column}"].values.tolist() for column in ("kind", "axial", "radius", "width"))
     parts = list(zip(*columns, strict=True))
-    gears, bearings = ([part[1:] for part in parts if part[0] == kind] for kind in ("gear", "bearing"))
+    kinds = ("gear", "carrier"), ("bearing",)
+    gears, bearings = ([part[1:] for part in parts if part[0] in kind] for kind in kinds)
     shape, shafts = data["shape"].sel(shaft=name), data["shaft"].values
     rotors = shafts[data["rotor_of"].values == name] if "rotor_of" in data.coords else shafts[shafts == f"{name} rotor"]
     spins = data["shape"].sel(shaft=rotors, coordinate="spin").values.tolist()
@@ -238,33 +325,33 @@ def _shaft(data: xr.Dataset, name: str) -> Shaft:
     )
 
 
-def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: dict[str, Any]) -> None:
-    """A shaft at a position [mm] in the picture, its displacements enlarged by a scale."""
-    ax.plot([position, position], shaft.ends / mm, color=AT_REST, linewidth=2.0)
+def _draw_shaft(ax: Axes, shaft: Shaft, position: float, below: float, scale: float, style: dict[str, Any]) -> None:
+    """A shaft at a position in a row that lies below the first one [mm], its displacements enlarged by a scale."""
+    ax.plot([position, position], shaft.ends / mm - below, color=AT_REST, linewidth=2.0)
     for axial, radius, width in shaft.gears:
-        _draw_box(ax, position, axial, width, radius)
-        _draw_arrow(ax, ROTATION, (position, axial + width / 4), (scale * radius * shaft.shape[5], 0.0))
-        _draw_arrow(ax, AXIAL, (position, axial), (0.0, scale * shaft.shape[2]))
+        _draw_box(ax, position, axial / mm - below, width, radius)
+        _draw_arrow(ax, ROTATION, (position, (axial + width / 4) / mm - below), (scale * radius * shaft.shape[5], 0.0))
+        _draw_arrow(ax, AXIAL, (position, axial / mm - below), (0.0, scale * shaft.shape[2]))
     width, radius = shaft.gears[0][2] / 2, shaft.radius
     for number, spin in enumerate(shaft.rotors, start=1):
         axial = shaft.ends[0] - 2 * number * width
-        ax.plot([position, position], [axial / mm, shaft.ends[0] / mm], ":", color=AT_REST, linewidth=2.0)
-        _draw_box(ax, position, axial, width, radius / 2)
-        _draw_arrow(ax, ROTATION, (position, axial), (scale * radius * spin, 0.0))
-    ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
+        ax.plot([position, position], np.array([axial, shaft.ends[0]]) / mm - below, ":", color=AT_REST, linewidth=2.0)
+        _draw_box(ax, position, axial / mm - below, width, radius / 2)
+        _draw_arrow(ax, ROTATION, (position, axial / mm - below), (scale * radius * spin, 0.0))
+    ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm - below, "^", color=MODE, markersize=5)
     for label, row in zip(("along x", "along y"), shaft.displacement(shaft.points), strict=True):
-        ax.plot(position + scale * row / mm, shaft.points / mm, **merged(style, **STYLES[label]))
+        ax.plot(position + scale * row / mm, shaft.points / mm - below, **merged(style, **STYLES[label]))
 
 
-def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: float) -> None:
-    """A gear or rotor at rest; lengths in m, the position in the picture in mm."""
-    corner = position - radius / mm, (axial - width / 2) / mm
+def _draw_box(ax: Axes, position: float, middle: float, width: float, radius: float) -> None:
+    """A gear or rotor at rest about its middle in the picture [mm]; width and radius in m."""
+    corner = position - radius / mm, middle - width / 2 / mm
     ax.add_patch(Rectangle(corner, 2 * radius / mm, width / mm, facecolor=GEAR, edgecolor=AT_REST))
 
 
 def _draw_arrow(ax: Axes, colour: str, start: tuple[float, float], displacement: tuple[float, float]) -> None:
-    """An arrow by a displacement [m] from a start (position in the picture [mm], axial position [m]), unless tiny."""
-    x, y = start[0], start[1] / mm
+    """An arrow by a displacement [m] from a start in the picture [mm], unless tiny."""
+    x, y = start
     end = x + displacement[0] / mm, y + displacement[1] / mm
     if max(np.abs(displacement)) > LEAST_ARROW:
         arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4}
@@ -314,7 +401,7 @@ def _draw_bodies(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]
             ax.add_patch(Circle((x / mm, y / mm), body.radius / mm, **circle))
             rim = x + (body.radius or smallest) * np.cos(turn), y + (body.radius or smallest) * np.sin(turn)
             ax.plot([x / mm, rim[0] / mm], [y / mm, rim[1] / mm], dash, **line)
-        _draw_arrow(ax, colour, (body.x / mm, body.y), (scale * body.u, scale * body.v))
+        _draw_arrow(ax, colour, (body.x / mm, body.y / mm), (scale * body.u, scale * body.v))
         ax.plot([], [], rim_line, color=colour, label=body.name)
     ax.autoscale_view()
     ax.set(xlabel="x [mm]", ylabel="y [mm]")

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, finished, legend, merged, styled, title_of
 from exugear.running.run_data import stage_data
 from exugear.signals.envelope import Envelope, Peaks, bearing_force_rms, dte_envelope, envelope, mesh_cycles
+from exugear.signals.member_orbit import stands_still
 from exugear.signals.signal import require_signal, signal
 from fem.support.arguments import Numbers, checked, renamed
 from fem.support.validation import require
@@ -25,6 +26,8 @@ DASHES = "-", "--", ":"
 CLOSE, ROW = 0.03, 42
 #: Mesh cycles up to which a force is a curve over time, beyond which it is a band; number of windows of the band.
 SHOWN_CYCLES, WINDOWS = 60, 280
+#: Half the range of the axes of an orbit that is rounding alone [µm].
+STILL = 1.0
 #: Largest deviation of the mesh force, over its mean, that is shown without 0; least range of the axis over the mean.
 NEAR_PARTING, LEAST_RANGE = 0.5, 0.01
 #: Quantity of an orbit, and the unit in which it is shown with its symbol, by its unit in the data.
@@ -152,7 +155,11 @@ def plot_orbit(
     ax.set(xlabel=f"{quantity} {along_x} [{symbol}]", ylabel=f"{quantity} {along_y} [{symbol}]")
     if is_of_member and run.attrs["frame"] not in ("pin", "housing"):
         ax.set_title(f"in the frame of {run.attrs['frame']}")
-    ax.set_aspect("equal", adjustable="datalim")
+    still = stands_still(motion.sel(bearing=name))
+    if still:
+        ax.text(0.0, STILL / 2, f"{name} does not move", ha="center")
+        ax.set(xlim=(-STILL, STILL), ylim=(-STILL, STILL))
+    ax.set_aspect("equal", adjustable="box" if still else "datalim")
     legend(ax)
     return ax
 

@@ -28,6 +28,8 @@ from fem.units import rpm, um
 #: Least change of the speed over its largest value, and least number of mesh cycles, by which a run is a sweep, whose
 #: envelope shows resonances.
 SWEEP, CYCLES = 0.05, 10
+#: Difference of the DTE of two meshes, over its size, up to which one of them is drawn.
+ALIKE = 1e-3
 #: Columns of a table of resonances.
 NUMBERS = "mesh_frequency", "amplitude", "harmonic", "harmonic_amplitude", "response_frequency"
 #: Number of mesh harmonics listed.
@@ -54,8 +56,10 @@ def results(data: xr.Dataset) -> Section:
 
 def sweep_figures(data: xr.Dataset, of_stages: dict[str, xr.Dataset]) -> list[Figure]:
     """DTE with its resonances by stage, order maps, dynamic factors, bearing forces and losses of a sweep."""
-    figures = []
-    for number, (stage, peaks) in enumerate(of_stages.items()):
+    figures, stages = [], list(of_stages)
+    for stage, alike in _alike(data).items():
+        number, peaks = stages.index(stage), of_stages[stage]
+        stage = f"{stage} (× {alike}, of equal planets)" if alike > 1 else stage
         text = "its envelope in windows of whole mesh cycles, resonances marked"
         caption = f"Dynamic transmission error of {stage} over its mesh frequency: {text}."
         figures.append(drawn(plot_run_up, caption, data, stage=number, resonances=peaks))
@@ -70,6 +74,20 @@ def sweep_figures(data: xr.Dataset, of_stages: dict[str, xr.Dataset]) -> list[Fi
     if "mesh_loss" in data:
         figures.append(_power(data))
     return figures
+
+
+def _alike(data: xr.Dataset) -> dict[str, int]:
+    """The first of the meshes of a set with one member whose DTE is as large, and how many these are, by its name."""
+    alike: dict[tuple, list[str]] = {}
+    for stage in data["stage"].values.tolist():
+        dte, carrier = data["dte"].sel(stage=stage), data.attrs.get(f"{stage}_carrier", "")
+        sizes = np.array([dte.std(), dte.min(), dte.max()])
+        member = str(data["member"].sel(stage=stage).item()) if carrier and "member" in data.coords else stage
+        equal = (
+            key for key in alike if key[:2] == (carrier, member) and np.allclose(key[2:], sizes, rtol=ALIKE, atol=0)
+        )
+        alike.setdefault(next(equal, (carrier, member, *sizes)), []).append(stage)
+    return {first: 1 + len(others) for first, *others in alike.values()}
 
 
 def _power(data: xr.Dataset) -> Figure:

@@ -21,7 +21,7 @@ from exugear.plots.set_plots import (
 from exugear.reporting.document import Figure, Section, Table, embedded
 from exugear.running.ring_variables import ring_of_run
 from exugear.running.set_data import SetData, carriers_of_run, planetary_sets
-from exugear.signals.member_orbit import member_orbit
+from exugear.signals.member_orbit import member_orbit, stands_still
 from exugear.signals.side_bands import force_seen_from_ring, lines_of
 from exugear.signals.signal import speed_of_shaft
 from fem.units import rpm, um
@@ -116,15 +116,17 @@ def _meshes_of_carrier(data: xr.Dataset) -> Table:
 def _section(data: xr.Dataset, of_set: SetData) -> Section:
     lines = _side_bands(data, of_set)
     told = _known(data, of_set.carrier, of_set.ring)
-    orbits = [name for name in (of_set.sun, of_set.ring, of_set.carrier) if told and _moves(data, name)]
-    items = (*_phasing(of_set), *_sharing(data, of_set), *(_orbit(data, name) for name in orbits), _note(data))
+    members = [name for name in (of_set.sun, of_set.ring, of_set.carrier) if told and _moves(data, name)]
+    orbits = [name for name in members if not stands_still(member_orbit(data, name)["displacement"])]
+    items = (*_phasing(of_set), *_sharing(data, of_set), *(_orbit(data, name, name in orbits) for name in members))
     tables = [_members(data, of_set), _phases(data, of_set), _sums(of_set), *([_lines(lines)] if lines else [])]
     tables.append(_ring_modes(data, of_set.ring))
     figures = [_phase_figure(of_set), _share_figure(data, of_set)]
     figures += [_orbit_figure(data, orbits)] if orbits else []
     figures += [_line_figure(lines)] if lines else []
     title = f"Planetary set on {of_set.carrier}"
-    return Section(title, tuple(filter(None, items)), tuple(table for table in tables if table.rows), tuple(figures))
+    items = tuple(filter(None, (*items, _note(data))))
+    return Section(title, items, tuple(table for table in tables if table.rows), tuple(figures))
 
 
 def _phasing(of_set: SetData) -> list[str]:
@@ -157,8 +159,10 @@ def _moves(data: xr.Dataset, name: str) -> bool:
     return name in [bearing.rpartition(" at ")[0] for bearing in bearings]
 
 
-def _orbit(data: xr.Dataset, name: str) -> str:
+def _orbit(data: xr.Dataset, name: str, moves: bool) -> str:
     """The orbit of a member in a sentence."""
+    if not moves:
+        return f"{name} does not move on its bearings."
     orbit = member_orbit(data, name)
     x, y = orbit["displacement"].transpose("direction", "time").values / um
     mean = f"({x.mean():.3g}, {y.mean():.3g}) µm"

@@ -14,6 +14,8 @@ from fem.support.validation import require
 
 #: Variables of runs that move in the plane: displacements of shafts, and forces on them.
 RECORDED = {"displacement": "bearing_displacement", "force": "bearing_force"}
+#: Displacement [m] up to which an orbit is rounding: less than an atom.
+ROUNDING = 1e-10
 #: Remedy where a run keeps no displacements.
 RERUN = "run_up(..., displacement=True) records displacements"
 TURN = {"units": "1", "long_name": "turn of the shaft"}
@@ -76,6 +78,11 @@ def member_orbit(
         orbit = orbit.transpose("direction", "time").copy(data=[cosine * x + sine * y, cosine * y - sine * x])
     attributes = {"member": member, "frame": frame or ("pin" if shaft in planets else "housing")}
     return xr.Dataset({quantity: orbit}).assign(_per_turn(orbit)).assign_attrs(attributes)
+
+
+def stands_still(motion: xr.DataArray) -> bool:
+    """Whether a displacement over direction and time [m] is rounding alone; forces are never."""
+    return motion.attrs.get("units") == "m" and float(np.abs(motion).max()) < ROUNDING
 
 
 def _per_turn(orbit: xr.DataArray) -> dict[str, tuple]:

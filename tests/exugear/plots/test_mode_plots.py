@@ -1,13 +1,16 @@
 """Plots of modes: lines of the Campbell diagram, its marks, and displaced shafts."""
 
+from itertools import pairwise
+
 import numpy as np
 import planetary_set
 import pytest
 from modal_boxes import pair_of_shafts, three_shafts
+from planetary_boxes import helical_box, waving_law
 
 import exugear
 from exugear import plots
-from fem.units import mm, rpm
+from fem.units import deg, mm, rpm
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +51,24 @@ def test_mode_is_drawn_with_its_largest_displacement_as_half_the_largest_radius(
         assert largest <= 0.5 * radius * (1 + 1e-6)
         assert largest >= 0.3 * radius
         assert f"mode {mode}: " in ax.get_title()
+
+
+def test_many_shafts_stand_in_rows_in_which_they_can_be_read():
+    """Six members of a set in space, carrier included: two rows of three, of which none reaches into another."""
+    data = exugear.modes(exugear.build(helical_box(waving_law())), load=500.0)
+    axes = [plots.plot_modes(data, plots.figure().axes[0], mode=mode) for mode in (5, 8)]
+    for ax in axes:
+        gears = [patch.get_bbox() for patch in ax.patches]
+        names = [text.get_text() for text in ax.texts if text.get_text()]
+        assert sorted(names) == sorted(dict.fromkeys(data["part_shaft"].values.tolist())) and len(names) == 6
+        rows = sorted({round(box.y0, 6) for box in gears})
+        assert len(rows) == 2 and rows[1] - rows[0] > gears[0].height
+        for row in rows:
+            ends = sorted((box.x0, box.x1) for box in gears if round(box.y0, 6) == row)
+            assert len(ends) == 3 and all(left[1] < right[0] for left, right in pairwise(ends))
+        assert max(box.width for box in gears) > 0.25 * np.diff(ax.get_xlim())
+    orbit = data["part_radius"].values[data["part_kind"].values == "carrier"]
+    assert orbit == pytest.approx(90 * mm / np.cos(15 * deg))
 
 
 def test_data_of_another_kind_are_refused(model):

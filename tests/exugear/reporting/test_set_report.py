@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from coupled_sets import ravigneaux, simpson
 from planetary_boxes import SUN_PAIR, members, planar_box, planetary, planetary_box, waving_law
@@ -35,6 +36,30 @@ def test_a_set_on_pins_has_a_page_with_its_sharing_orbit_and_kinds_of_modes(tmp_
     assert f"K_γ {float(exugear.planet_shares(run)['K_gamma']):.4g}; planet 1 carries most" in page
     assert "sun moves up to" in page and "Orbits of the members" in page
     assert {row[3] for row in table(page, "Natural frequencies")} <= {"rotational", "translational", "planet", "mixed"}
+
+
+def test_a_sun_that_equal_planets_centre_does_not_move(tmp_path):
+    """In phase their forces balance: what is left of the orbit is rounding, which is no picture."""
+    run = exugear.run_up(
+        exugear.build(planar_box()), speed=50.0, load=400.0, duration=5e-3, displacement=True, **OPTIONS
+    )
+    orbit = exugear.member_orbit(run, "sun")
+    assert 0 < float(np.abs(orbit["displacement"]).max()) < 1e-10
+    page = exugear.report(run, tmp_path / "run.html")[0].read_text(encoding="utf-8")
+    assert "sun does not move on its bearings." in page and "Orbits of the members" not in page
+    assert [text.get_text() for text in exugear.plots.plot_orbit(orbit).texts] == ["sun does not move"]
+
+
+def test_a_sweep_of_a_set_draws_the_meshes_of_equal_planets_once(tmp_path):
+    """With sun and with ring; a planet whose pin is behind vibrates in its own way."""
+    for errors, words in ((None, "× 3, of equal planets"), ([-5 * um, 0.0, 0.0], "× 2, of equal planets")):
+        model = exugear.build(planetary_box(**{} if errors is None else {"pin_errors": errors}))
+        run = exugear.run_up(model, speed=(100.0, 300.0), load=400.0, duration=0.05, **OPTIONS)
+        page = exugear.report(run, tmp_path / "run.html", model=model)[0].read_text(encoding="utf-8")
+        maps = {*re.findall(r"Order map of the DTE of [^:]*", page)}
+        assert len(maps) == (2 if errors is None else 4) and sum(words in text for text in maps) == 2
+    drawing = exugear.plots.plot_gearbox(model.gearbox)
+    assert "planet 1: z 30 (× 3)" in "".join(text.get_text() for text in drawing.texts)
 
 
 def test_the_page_of_a_steady_run_of_six_turns_lists_side_bands(tmp_path):

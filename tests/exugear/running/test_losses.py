@@ -200,12 +200,13 @@ def test_runs_with_drag_start_in_equilibrium(bearings):
 
 
 def test_drag_limits_the_speed_that_a_run_expects():
-    """A drive that the drag balances: without it the shaft would run away."""
-    gearbox, drives = box({20 * mm: exugear.Drag(viscous=1.0)}, None), {"fast": exugear.Torque(200.0)}
-    model, options = exugear.build(gearbox), {"duration": 0.1, "progress": False, "checks": 0}
-    free = exugear.run(model, drives=drives, **options)
-    assert float(free.data["speed"][-1]) == pytest.approx(100.0, rel=1e-3)
-    assert free.step == exugear.run_up(model, speed=100.0, load=100.0, **options).step
+    """A drive that the drag balances has the step of its speed; without it the shaft runs away, in shorter steps."""
+    drives, options = {"fast": exugear.Torque(200.0)}, {"duration": 0.1, "tolerance": 1e-5, "progress": False}
+    model, free = (exugear.build(box(parts, None)) for parts in ({20 * mm: exugear.Drag(viscous=1.0)}, {}))
+    braked, runaway = (exugear.run(x, drives=drives, checks=0, **options) for x in (model, free))
+    assert float(braked.data["speed"][-1]) == pytest.approx(100.0, rel=1e-3)
+    assert float(runaway.data["speed"][-1]) > 500.0
+    assert braked.step == exugear.run_up(model, speed=100.0, load=100.0, checks=0, **options).step > 1.5 * runaway.step
 
 
 def test_drag_of_nonlinear_bearings_follows_their_force():
