@@ -27,7 +27,7 @@ from exugear.gearbox.planetary_phases import (
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft, parts_of
 from exugear.gearbox.stage import NEAR, Stage
-from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.force import MeshForce, damped
 from exugear.mesh_force.ring_pair import RingPair
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import names_teeth
@@ -459,7 +459,7 @@ def stages_of_planets(
             if law := laws.get((id(given), role)):
                 mesh, options = law, {}
             elif isinstance(mesh, MeshForce) and maps.damping is not None:
-                mesh, options = replace(mesh, damping=maps.damping), {}
+                mesh, options = damped(mesh, maps.damping), {}
             options |= (first or {}) if not stages else {}
             options |= (of_sun or {}) if role == "sun" else {}
             at = (angle + pi) % (2 * pi) - pi

@@ -1,7 +1,7 @@
 """A stage as data: two gears on two shafts, the force law of their mesh, and the direction from shaft to shaft."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from math import pi
 
@@ -10,7 +10,7 @@ import xarray as xr
 
 from exugear.gearbox.mesh_damping import check_damping, critical_damping
 from exugear.gearbox.shaft import Shaft
-from exugear.mesh_force.force import DAMPING_RAMP, MeshForce
+from exugear.mesh_force.force import DAMPING_RAMP, MeshForce, damped
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import Ring, RingPair
 from fem.gear.gear import Gear
@@ -117,7 +117,7 @@ class Stage:
             require_within("damping_ratio", ratio, 0, 1, remedy="(6 % of the critical damping: 0.06)")
             twice = f"damping_ratio replaces damping, got both: {ratio:g} and {self.force.damping:g} N s/m"
             require(self.damping is None and self.force.damping == 0, f"{twice}; leave one out")
-            set_fields(self, force=replace(self.force, damping=ratio * self.critical_damping))
+            set_fields(self, force=damped(self.force, ratio * self.critical_damping))
         check_damping(self.force.damping, self.critical_damping)
 
     def _force_of_map(self, ste: xr.Dataset) -> MeshForce:

@@ -5,6 +5,7 @@ Its table (`exugear.mesh_force.layout`) of 256 x 128 patches inverts a map with 
 """
 
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from math import inf, isfinite, lcm, prod
@@ -20,6 +21,7 @@ from exugear.mesh_force.energy_centroid import energy_centroid
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets, blocks_of
 from exugear.mesh_force.force_file import load_arguments, save_force
 from exugear.mesh_force.force_kernels import damping, range_at, spinning_force, static_force
+from exugear.mesh_force.kernel_records import changed
 from exugear.mesh_force.layout import OFFSETS, PHASES, steps_in_pitch
 from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.patches import table_of
@@ -445,7 +447,14 @@ class MeshForce:
         largest, end = float(self(phase, top)), top + 0.5 * CONTINUED * (top - low)
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
         require(0 <= force <= float(self(phase, end)), f"force {remedy}; extend the map to a larger torque")
-        return scipy.optimize.brentq(lambda deflection: float(self(phase, deflection)) - force, low, end, xtol=FINEST)
+        forces, head = mesh_forces(False), self.table.head
+        at, deflection, zero = np.array([float(phase)]), np.empty(1), np.zeros(1)
+
+        def missing(x: float) -> float:
+            deflection[0] = x
+            return forces(head, at, deflection, zero, zero, zero, zero)[0] - force
+
+        return scipy.optimize.brentq(missing, low, end, xtol=FINEST)
 
     @checked
     def ste(self, pair: GearPair, torque: Numbers, phases: int = 16) -> xr.Dataset:
@@ -480,6 +489,17 @@ class MeshForce:
     def unloaded(self, phase: Finite) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
         return range_at(self.table.head, float(phase))
+
+
+def damped(law: MeshForce, damping: float) -> MeshForce:
+    """The law with another damping [N s/m], in whose table nothing else changes; ValueError for one out of range."""
+    _check_scalars(damping, law.backlash, law.back_phase)
+    damped_law, table = copy(law), law.table
+    flanks = {"head": changed(table.head, damping=damping)}
+    if law.coast is not None:
+        flanks["coast"] = changed(table.coast, head=changed(table.coast.head, damping=damping))
+    set_fields(damped_law, damping=damping, table=changed(table, **flanks))
+    return damped_law
 
 
 def composed_law(teeth: ToothPairs, **given) -> MeshForce:
@@ -596,9 +616,9 @@ def _check_centroid(centroid: np.ndarray, force: np.ndarray) -> None:
 
 
 def _check_phase(phase: np.ndarray, pitches: int) -> None:
-    within = bool(increasing("phase", phase)[0] >= 0 and phase[-1] < pitches)
-    unit = "as share of a pitch" if pitches == 1 else "in pitches"
-    require(within, f"phase must increase within [0, {pitches}) {unit}, got {phase}")
+    if not (increasing("phase", phase)[0] >= 0 and phase[-1] < pitches):
+        unit = "as share of a pitch" if pitches == 1 else "in pitches"
+        raise ValueError(f"phase must increase within [0, {pitches}) {unit}, got {phase}")
 
 
 def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray, counts: list[int]) -> None:

@@ -83,6 +83,16 @@ def monotone_slopes(x, y):
 
 
 @kept
+def monotone_cubics(x, y, first, at):
+    """Values and slopes (n, m) of `monotone_cubic` through rows of x, y (n, ...), each from its column first (n,)."""
+    values = np.empty((first.size, at.size))
+    slopes = np.empty_like(values)
+    for i in range(first.size):
+        values[i], slopes[i] = monotone_cubic(x[i, first[i] :], y[i, first[i] :], at)
+    return values, slopes
+
+
+@kept
 def monotone_cubic(x, y, at):
     """Values and slopes (m,) at increasing at (m,) within increasing x (n,) of the monotone curve through y (n,)."""
     d, values, slopes, i = monotone_slopes(x, y), np.empty(at.size), np.empty(at.size), 0
@@ -104,23 +114,16 @@ def periodic_cubics(
     Cubic splines, twice continuously differentiable, where none overshoots; else monotone curves, which are so once.
     """
     curves = [np.asarray(values) for values in curves]
-    splines = []
-    for values in curves:
-        if (at_uniform := _by_splines(phase, values, uniform, pitches)) is None:
-            return [_monotone(phase, values, uniform, pitches) for values in curves]
-        splines.append(at_uniform)
-    return splines
-
-
-def _by_splines(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray, pitches: int) -> np.ndarray | None:
-    """Values and slopes (2, n_uniform, ...) of the splines of a quantity (n_phase, ...); None where one overshoots."""
-    curve = periodic_spline(phase, values, pitches)
-    if _overshoots(values, curve((phase + np.append(phase[1:], phase[0] + pitches)) / 2)):
-        return None
-    steps = uniform.size / pitches
-    if np.array_equal(phase, uniform):
-        return np.array([values, curve.c[2] / steps])
-    return np.array([curve(uniform), curve(uniform, 1) / steps])
+    ends = np.cumsum([values[0].size for values in curves])[:-1]
+    columns = np.concatenate([values.reshape(phase.size, -1) for values in curves], axis=1)
+    curve = periodic_spline(phase, columns, pitches)
+    at_middles = curve((phase + np.append(phase[1:], phase[0] + pitches)) / 2)
+    if any(map(_overshoots, np.split(columns, ends, axis=1), np.split(at_middles, ends, axis=1))):
+        return [_monotone(phase, values, uniform, pitches) for values in curves]
+    same = np.array_equal(phase, uniform)
+    values, slopes = (columns, curve.c[2]) if same else (curve(uniform), curve(uniform, 1))
+    splines = np.split(np.array([values, slopes / (uniform.size / pitches)]), ends, axis=2)
+    return [spline.reshape(2, uniform.size, *x.shape[1:]) for spline, x in zip(splines, curves, strict=True)]
 
 
 def _monotone(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray, pitches: int) -> np.ndarray:

@@ -24,8 +24,9 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0
     require(1 <= extend <= 10, limits)
     torque, coarse = ste[TORQUE].values, ste[PHASE].values
     require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
-    few = f"torque needs 0 and two loads or more, got {torque} N m"
-    require(torque.size >= 3, f"{few}; map more, or use MeshForce.secant, which needs a single load")
+    if torque.size < 3:
+        few = f"torque needs 0 and two loads or more, got {torque} N m"
+        raise ValueError(f"{few}; map more, or use MeshForce.secant, which needs a single load")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
     te, stiffness, pitches = over_offsets(ste, TE).values, None, pitches_of(ste)
     closer = "check its sign, map more phases, smooth measured values or drop torques that lie too close"

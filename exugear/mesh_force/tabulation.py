@@ -5,6 +5,7 @@ values and slopes of k at the nodes: U = w penetration^2 with w = 4 / u^8 integr
 at the nodes are those of k, as k = 2 w + u w' / 4.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from exugear.mesh_force.kernel_records import changed, record_of, start_of_field
 from exugear.mesh_force.layout import EDGE, FORCE_TABLE, NODE, OFFSETS, PENETRATIONS, RESAMPLED, U, table_type
 from exugear.mesh_force.offset_interpolation import slope_weights
-from exugear.mesh_force.pchip import hermite_weights, monotone_cubic, periodic_cubics, weighted
+from exugear.mesh_force.pchip import hermite_weights, monotone_cubics, periodic_cubics, weighted
 from fem.support.validation import require
 
 #: Fields of a `MeshForce` that the heads of its tables hold.
@@ -28,7 +29,7 @@ GAUSS_POINTS = 6
 
 
 class PhaseCurves(NamedTuple):
-    """A law at one phase, or at all phases along the first axis.
+    """A law at all phases, along the first axis.
 
     unloaded        deflection at which the flanks touch [m]
     largest         penetration at the end of the table [m]
@@ -104,12 +105,12 @@ def _arrays(force, phase_steps: int, kind: np.dtype, pitches: int) -> tuple[dict
     tables = [np.broadcast_to(x, shape) for x in (force.deflection, force.force_table, force.centroid)]
     rows = [x.reshape(-1, *x.shape[-2:]) for x in (_extended(*tables) if force.offsets else tables)]
     limits = largest_force.reshape(-1, shape[-2])
-    uniform = uniform_phases(phase_steps, pitches)
-    blocks = [_block(force.phase, uniform, pitches, *columns) for columns in zip(*rows, limits, strict=True)]
+    empty = kind["centroids"].shape == (0,)
+    block = partial(_block, force.phase, uniform_phases(phase_steps, pitches), pitches, has_centroid=not empty)
+    blocks = [block(*columns) for columns in zip(*rows, limits, strict=True)]
     edges, potentials, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
     arrays = {"edges": edges, "potentials": potentials}
     shaped = {name: values.reshape(1, *kind[name].shape) for name, values in arrays.items()}
-    empty = kind["centroids"].shape == (0,)
     shaped["centroids"] = np.zeros((1, 0), NODE) if empty else centroids.reshape(1, *kind["centroids"].shape)
     return shaped, tangents
 
@@ -138,24 +139,28 @@ def uniform_phases(number: int, pitches: int) -> np.ndarray:
 
 
 def _block(
-    phase, uniform: np.ndarray, pitches: int, deflection, force, centroid, largest_force
+    phase, uniform: np.ndarray, pitches: int, deflection, force, centroid, largest_force, *, has_centroid: bool
 ) -> tuple[np.ndarray, ...]:
     """Edges (phase_steps,), potentials, centroids and tangent stiffnesses (phase_steps, U.size) of a block.
+
+    A law without force centroid has no centroids.
 
     deflection, force, centroid   (n_phase, n_deflection) over the given phases
     uniform                       (phase_steps,) phases of the table, over a number of pitches
     """
-    rows = [_curves_at_phase(*columns) for columns in zip(deflection, force, centroid, largest_force, strict=True)]
-    curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
+    curves = _curves_at_phases(deflection, force, centroid, largest_force)
     slopes = _smoothed(curves.secant, curves.secant_slope), _smoothed(curves.centroid, curves.centroid_slope)
     curves = curves._replace(secant_slope=slopes[0], centroid_slope=slopes[1])
+    if not has_centroid:
+        curves = curves._replace(centroid=np.zeros((len(phase), 1)), centroid_slope=np.zeros((len(phase), 1)))
     resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform, pitches))
     edges = np.empty(uniform.size, EDGE)
     edges["unloaded"], edges["unloaded_slope"] = resampled.unloaded
     edges["largest"], edges["largest_slope"] = resampled.largest
     edges["largest_force"] = resampled.largest_force[0]
     potentials = _nodes(resampled.secant, resampled.secant_slope, potential_of)
-    centroids = _nodes(resampled.centroid, resampled.centroid_slope, with_curvature)
+    of_centroid = resampled.centroid, resampled.centroid_slope
+    centroids = _nodes(*of_centroid, with_curvature) if has_centroid else np.zeros(0, NODE)
     return edges, potentials, centroids, resampled.tangent[0]
 
 
@@ -171,24 +176,23 @@ def _nodes(values, slopes, curve_of) -> np.ndarray:
     return nodes
 
 
-def _curves_at_phase(deflection, force, centroid, largest_force) -> PhaseCurves:
-    """The curves at one phase, over (n_deflection,) deflections."""
-    contact = int(np.flatnonzero(force == 0)[-1])
-    unloaded, largest = deflection[contact], deflection[-1] - deflection[contact]
-    penetration, force = deflection[contact + 1 :] - unloaded, force[contact + 1 :]
-    k = force / penetration
-    u, k = _after(0.0, (penetration / largest) ** 0.25), _after(k[0], k)
-    secant, slope = monotone_cubic(u, k, U)
-    at_nodes, centroid_slope = monotone_cubic(u, _after(centroid[contact + 1], centroid[contact + 1 :]), U)
+def _curves_at_phases(deflection, force, centroid, largest_force) -> PhaseCurves:
+    """The curves at all phases, over (n_phase, n_deflection) deflections."""
+    columns = np.arange(force.shape[1])
+    contact = np.where(force == 0, columns, 0).max(axis=1)
+    loaded, (at, beside) = columns > contact[:, None], (np.arange(contact.size), contact + 1)
+    unloaded = deflection[at, contact]
+    penetration = np.where(loaded, deflection - unloaded[:, None], 0.0)
+    largest = penetration[:, -1]
+    k = np.divide(force, penetration, out=np.zeros(force.shape), where=loaded)
+    k[at, contact] = k[at, beside]
+    centroid = centroid.copy()
+    centroid[at, contact] = centroid[at, beside]
+    u = (penetration / largest[:, None]) ** 0.25
+    secant, slope = monotone_cubics(u, k, contact, U)
+    at_nodes, centroid_slope = monotone_cubics(u, centroid, contact, U)
     tangent = secant + 0.25 * U * slope
     return PhaseCurves(unloaded, largest, largest_force, secant, slope, at_nodes, centroid_slope, tangent)
-
-
-def _after(first: float, values: np.ndarray) -> np.ndarray:
-    """The values after a first one."""
-    joined = np.empty(values.size + 1)
-    joined[0], joined[1:] = first, values
-    return joined
 
 
 def _smoothed(value: np.ndarray, slope: np.ndarray) -> np.ndarray:

@@ -157,9 +157,9 @@ def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator
             state.steps.duration = 0.0
 
 
-def last_steps(model: Model) -> list[np.record]:
-    """What the contacts remember of the step before, by which they predict the next one."""
-    return [state_of(model.bare_mbs, mesh.contact).steps.copy() for mesh in model.meshes]
+def last_steps(states: Sequence[np.record]) -> list[np.record]:
+    """What contacts in these states remember of the step before, by which they predict the next one."""
+    return [state["steps"].copy() for state in states]
 
 
 def set_last_steps(model: Model, steps: list[np.record]) -> None:

@@ -227,7 +227,7 @@ def deflection_under_force(model: Model, mesh: Mesh, force: float, q: np.ndarray
         spin -= q[model.spins[mesh.stage.carrier.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
     side = 1 if force >= 0 else -1
-    static = static_offsets(model.gearbox, mesh.stage, side)
+    static = static_offsets(model.gearbox, mesh.stage, side) if law.offsets else {}
     of_flank = law.flank_at(side, **{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
         return _deflection_under(mesh, of_flank, phase, force, side)

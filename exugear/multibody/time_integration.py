@@ -14,6 +14,7 @@ from exugear.multibody.carrier_turns import rigid_motion
 from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
 from exugear.multibody.drive_and_load import is_known_function_of_time
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, SystemState, set_state_of_system, state_of_system
+from exugear.multibody.gear_contact import state_of
 from exugear.multibody.model import Model, end_coordinate
 from exugear.multibody.shaft_motion import recorded
 from exugear.multibody.solve_errors import explained
@@ -97,9 +98,17 @@ class Solver:
             if state and bounds[0]:
                 set_last_steps(self.model, state.contacts)
             for first, last in pairwise(bounds):
-                segment = Segment(first, last, state_of_run(self.model, self._present(first)))
+                segment = Segment(first, last, self.state(self._present(first)))
                 advance(segment)
                 yield segment
+
+    def state(self, configuration=INITIAL) -> RunState:
+        """State of the system in a configuration, and what its contacts remember of the last step."""
+        return RunState(state_of_system(self.model.bare_mbs, configuration), last_steps(self._contact_states))
+
+    @cached_property
+    def _contact_states(self) -> list[np.record]:
+        return [state_of(self.model.bare_mbs, mesh.contact) for mesh in self.model.meshes]
 
     def _integrate(self, segments: list[Segment], progress: bool) -> End | None:
         """Integrate the run, appending each segment, until a condition ends it."""
@@ -288,11 +297,6 @@ class Solver:
                 where = f"at t = {lost[0] * self.scheme.steps.interval:.6g} s"
                 cause = f"Newton's iteration failed, {lost.size} samples are lost"
                 raise RuntimeError(f"{where}: {cause}; {self._remedy}")
-
-
-def state_of_run(model: Model, configuration=INITIAL) -> RunState:
-    """State of the system in a configuration, and what its contacts remember of the last step."""
-    return RunState(state_of_system(model.bare_mbs, configuration), last_steps(model))
 
 
 def progress_bar(scheme: Scheme, progress: bool) -> Any:

@@ -87,12 +87,11 @@ def energy_balance(data: xr.Dataset, start: float | None = None, end: float | No
     part = data.isel(time=near)
 
     def work(name: str, of=lambda x: x) -> float:
-        return float(sum(_spline(part, of(row)).integrate(first, last) for row in _rows(part, name)))
+        rows = _rows(part, name)
+        return float(sum(_spline(part, of(rows)).integrate(first, last))) if rows.size else 0.0
 
     losses = {name: work(name) for name in LOSSES if name in data}
-    stored = sum(
-        float(_spline(part, part[name].values)(last) - _spline(part, part[name].values)(first)) for name in ENERGIES
-    )
+    stored = sum(float(np.diff(_spline(part, part[name].values)([first, last]))[0]) for name in ENERGIES)
     throughput = work("power_in", np.abs) + work("power_out", np.abs)
     return EnergyBalance(float(first), float(last), work("power_in"), work("power_out"), losses, stored, throughput / 2)
 
@@ -104,5 +103,5 @@ def _rows(data: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _spline(data: xr.Dataset, values: np.ndarray):
-    """Cubic spline through values over time."""
-    return scipy.interpolate.CubicSpline(data["time"].values, values)
+    """Cubic spline through values (..., n_time) over time."""
+    return scipy.interpolate.CubicSpline(data["time"].values, values, axis=-1)

@@ -21,7 +21,7 @@ import xarray as xr
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.exudyn_objects import INITIAL, set_state_of_system
 from exugear.multibody.shaft_motion import BearingForces
-from exugear.multibody.time_integration import RunState, Segment, Solver, progress_bar, state_of_run
+from exugear.multibody.time_integration import RunState, Segment, Solver, progress_bar
 from exugear.planning.linear_train import SEAM_TOLERANCE, settling_time
 from exugear.running.part_integration import (
     Integrated,
@@ -336,7 +336,7 @@ def parts_of(solver: Solver, torques: ShaftTorques, forces: BearingForces, execu
     folder = TemporaryDirectory(ignore_cleanup_errors=True)
     run = solver.model.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
     job = Job(uuid4(), *run, Path(folder.name))
-    chain = JoinedRun(solver, {0: state_of_run(solver.model)}, forces)
+    chain = JoinedRun(solver, {0: solver.state()}, forces)
     try:
         return Parts(Joining(chain, division, job, executor).begin(), solver, torques, folder)
     except BaseException:

@@ -26,7 +26,7 @@ from exugear.multibody.model import (
 )
 from exugear.multibody.shaft_motion import needs_speeds
 from exugear.multibody.solver_settings import Scheme
-from exugear.multibody.time_integration import RunState, Segment, Solver, state_of_run
+from exugear.multibody.time_integration import RunState, Segment, Solver
 from exugear.operation.conditions import Conditions
 from exugear.planning.linear_train import SEAM_TOLERANCE
 from exugear.planning.plan import Plan
@@ -167,7 +167,7 @@ def integrate(job: Job, part: Part) -> Integrated:
             try:
                 for segment in solver.segments_between(part.bounds, part.state):
                     if segment.last >= part.seam:
-                        states[segment.last] = state_of_run(solver.model)
+                        states[segment.last] = solver.state()
                     if _is_joined(solver, segment.last, states, part.expected):
                         break
             finally:

@@ -199,11 +199,10 @@ def labelled(
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
     data = _over_time(model, conditions, time)
-    data = data.assign(forces.variables(time.size, conditions.displacement))
-    data = data.assign(_beyond_maps(model, scheme.steps.interval))
-    data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
-    data = data.assign(drag_variables(model))
-    data = data.assign(ring_variables(model, time.size) | housing_variables(model, time.size))
+    variables = forces.variables(time.size, conditions.displacement) | _beyond_maps(model, scheme.steps.interval)
+    variables |= speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time)
+    variables |= drag_variables(model) | ring_variables(model, time.size) | housing_variables(model, time.size)
+    data = data.assign(variables)
     if conditions.power:
         data = data.assign(power_variables(model, conditions, torques, data, scheme.rule))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
@@ -220,22 +219,19 @@ def _over_time(model: Model, conditions: Conditions, time: np.ndarray) -> xr.Dat
     """The variables over time."""
     over, speed = ("stage", "time"), driving_speed(model, conditions, time)
     frequency = mesh_frequencies(model, conditions, time)
-    data = xr.Dataset(
-        {
-            "speed": ("time", speed, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
-            "mesh_frequency": (over, frequency, {"units": "Hz", "long_name": "mesh frequency"}),
-        },
-        coords={
-            "time": ("time", time, {"units": "s", "long_name": "time"}),
-            "stage": ("stage", list(model.gearbox.labels)),
-        },
-    )
-    data = data.assign_coords(_members_of_sets(model.gearbox))
+    variables = {
+        "speed": ("time", speed, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
+        "mesh_frequency": (over, frequency, {"units": "Hz", "long_name": "mesh frequency"}),
+    }
     elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
     for name, (recorded, unit, long_name) in (IN_RUNS | (IN_RUNS_ON_BEARINGS if elastic else {})).items():
         values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
-        data[name] = over, values, {"units": unit, "long_name": long_name}
-    return data.assign(_friction(model, time))
+        variables[name] = over, values, {"units": unit, "long_name": long_name}
+    coords = {
+        "time": ("time", time, {"units": "s", "long_name": "time"}),
+        "stage": ("stage", list(model.gearbox.labels)),
+    }
+    return xr.Dataset(variables | _friction(model, time), coords=coords | _members_of_sets(model.gearbox))
 
 
 def _members_of_sets(gearbox: Gearbox) -> dict[str, Any]:

@@ -164,8 +164,8 @@ def check(data: xr.Dataset) -> xr.Dataset:
     require_finite("te", te, "solve the missing states or drop their torque")
     require_finite(TORQUE, torque)
     end = data.attrs.get("pitches", 1)
-    within = f"phase must increase within [0, {end}) as share of a pitch, got {phase}"
-    require(bool(phase[0] >= 0 and phase[-1] < end), within)
+    if not (phase[0] >= 0 and phase[-1] < end):
+        raise ValueError(f"phase must increase within [0, {end}) as share of a pitch, got {phase}")
     if UNLOADED_RIGHT in data:
         _check_unloaded_right(data)
     return data
