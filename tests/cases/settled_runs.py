@@ -9,9 +9,9 @@ from fem.units import rpm
 TOP, LOAD = 3500 * rpm, 150.0
 
 
-def swept(model: exugear.Model, speeds, load: float, step: float) -> list[np.ndarray]:
-    """DTE over 20 mesh cycles at each of the speeds, of a run in steps [s] that ramps from each to the next."""
-    box, hold, before, parts, last = model.gearbox, 0.2, speeds[0], [], None
+def swept(model: exugear.Model, before: float, speeds, load: float, step: float) -> list[np.ndarray]:
+    """DTE over 20 mesh cycles at each of the speeds, of a run in steps [s] that ramps from one before to each."""
+    box, hold, parts, last = model.gearbox, 0.2, [], None
     for speed in speeds:
         ramp, kept = 0.08, 20 / (model.mesh_cycles[0] * speed)
         times = np.array([0.0, ramp, ramp + hold + kept])
@@ -36,19 +36,20 @@ def compare(model: exugear.Model, data, load: float, number: int, step: float) -
     """Compare orbits with a run that sweeps up, or else down, through their speeds."""
     orbits = [data.isel(point=point) for point in picked(data, number)]
     speeds = [float(orbit["speed"]) for orbit in orbits]
-    up = swept(model, [200 * rpm, *speeds], load, step)[1:]
-    down = swept(model, [TOP, *reversed(speeds)], load, step)[:0:-1]
-    for orbit, *runs in zip(orbits, up, down, strict=True):
+    runs = [swept(model, 200 * rpm, speeds, load, step)]
+    if any(abs(dte.std() / float(orbit["rms"]) - 1) > 1e-3 for dte, orbit in zip(runs[0], orbits, strict=True)):
+        runs.append(swept(model, TOP, speeds[::-1], load, step)[::-1])
+    for orbit, *settled in zip(orbits, *runs, strict=True):
         rms, mean, peak_to_peak = (float(orbit[name]) for name in ("rms", "mean", "peak_to_peak"))
-        dte = min(runs, key=lambda dte: abs(dte.std() / rms - 1))
+        dte = min(settled, key=lambda dte: abs(dte.std() / rms - 1))
         assert dte.std() == pytest.approx(rms, rel=1e-3), float(orbit["mesh_frequency"])
         assert np.ptp(dte) == pytest.approx(peak_to_peak, rel=1e-3)
         assert dte.mean() == pytest.approx(mean, abs=1e-3 * peak_to_peak)
 
 
-def settled_dte(model: exugear.Model, orbit, load: float, step: float, cycles: int) -> np.ndarray:
+def settled_dte(model: exugear.Model, orbit, load: float, step: float, cycles: int, duration=0.3) -> np.ndarray:
     """(n_stage, n_time) DTE over mesh cycles of the first stage at the end of a run at the speed of an orbit."""
-    options = {"duration": 0.3, "step": step, "sample": step, "progress": False, "checks": 0}
+    options = {"duration": duration, "step": step, "sample": step, "progress": False, "checks": 0}
     data = exugear.run_up(model, speed=float(orbit["speed"]), load=load, **options).data
     kept = cycles / (model.mesh_cycles[0] * float(orbit["speed"]))
     return data["dte"].values[:, data["time"].values >= data["time"].values[-1] - kept]
