@@ -170,7 +170,10 @@ def golden_fractions(n: int) -> np.ndarray:
 
 def sampled(name: str, function: Callable[[float], float], x: np.ndarray) -> np.ndarray:
     """Values of a function at x, of any shape; ValueError where a value is no finite number."""
-    values = np.array([number(name, function(each)) for each in x.ravel().tolist()]).reshape(x.shape)
+    listed = [function(each) for each in x.ravel().tolist()]
+    if not set(map(type, listed)) <= {float, np.float64}:
+        listed = [number(name, value) for value in listed]
+    values = np.array(listed).reshape(x.shape)
     finite = np.isfinite(values)
     if not finite.all():
         raise ValueError(f"{name} must be finite, got {values[~finite][0]} at {x[~finite][0]:.6g}")

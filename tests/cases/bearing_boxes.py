@@ -1,6 +1,6 @@
 """Gearboxes on bearings."""
 
-from scenes import paper_pair, smooth_map
+from scenes import paper_pair, smooth_law
 
 import exugear
 from fem.units import mm
@@ -8,7 +8,7 @@ from fem.units import mm
 SPUR = paper_pair()
 ENDS = {0.0: exugear.Bearing(5e8, 1e8, damping_time=1e-6), 60 * mm: exugear.Bearing(5e8, damping_time=1e-6)}
 NO_DISPLACEMENT = exugear.Placement()
-LAW = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+LAW = smooth_law(damping=2700.0)
 
 
 def box_of(pair=SPUR, law=LAW, fast=ENDS, slow=ENDS, offset=NO_DISPLACEMENT) -> exugear.Gearbox:

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from paper_gears import paper_gear, paper_pair
-from scenes import smooth_map
+from scenes import smooth_law, smooth_stage
 
 import exugear
 from fem.units import mm
 
-LAW = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+LAW = smooth_law(damping=2700.0)
 
 
 def elastic_shaft(
@@ -38,4 +38,4 @@ def elastic_train(*, bearings: bool = True) -> exugear.Gearbox:
     shafts = [elastic_shaft(name, gears, 200 * mm) for name, gears in places.items()]
     if not bearings:
         shafts = [exugear.Shaft(shaft.name, shaft.gears, sections=shaft.sections) for shaft in shafts]
-    return exugear.Gearbox([exugear.Stage(*ends, smooth_map(), damping=2700.0) for ends in pairwise(shafts)])
+    return exugear.Gearbox([smooth_stage(*ends, damping=2700.0) for ends in pairwise(shafts)])

@@ -4,7 +4,7 @@ import exudyn as exu
 import numpy as np
 import planetary_set
 from paper_gears import paper_gear, paper_pair
-from scenes import INERTIA, linear_law, smooth_map
+from scenes import INERTIA, linear_law, smooth_stage
 
 import exugear
 from exugear.multibody.model import matrices_without_meshes
@@ -37,7 +37,7 @@ def three_shafts(damping: float = 2700.0, bearing_damping: float = 1e-6) -> exug
     fast = exugear.Shaft("input", {0.0: bearing, 30 * mm: [gear, motor]})
     middle = exugear.Shaft("middle", {0.0: bearing, 30 * mm: gear, 80 * mm: gear})
     slow = exugear.Shaft("output", {0.0: bearing, 80 * mm: gear})
-    stages = [exugear.Stage(*ends, smooth_map(), damping=damping) for ends in ((fast, middle), (middle, slow))]
+    stages = [smooth_stage(*ends, damping=damping) for ends in ((fast, middle), (middle, slow))]
     return exugear.build(exugear.Gearbox(stages))
 
 

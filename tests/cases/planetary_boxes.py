@@ -1,5 +1,6 @@
 """Planetary sets on meshes of known stiffness: gears of 30, 30 and 90 teeth, and gearboxes with a set."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ RING_PAIR = exugear.RingPair(GEAR, -90, a=-SUN_PAIR.a)
 STIFFNESS = 5e8
 
 
+@cache
 def waving_law(amplitude: float = 0.1, damping: float = 1500.0, phases: int = 32) -> exugear.MeshForce:
     """F = k deflection, k with a first harmonic over the mesh cycle; amplitude: its share."""
     phase = np.arange(phases) / phases

@@ -26,6 +26,18 @@ def smooth_map(torque=TORQUES, phases: int = 30):
     return ste_map(pair, np.array(torque, float), phase, np.where(load > 0, te, 0))
 
 
+@cache
+def smooth_law(**options: float) -> exugear.MeshForce:
+    """The law of the smooth map; made once for all options, as it takes longer than most of what is asked of it."""
+    return exugear.MeshForce.from_ste(smooth_map(), **options)
+
+
+def smooth_stage(fast: exugear.Shaft, slow: exugear.Shaft, **options) -> exugear.Stage:
+    """A stage of the paper's pair with that law, and the options of a stage."""
+    of_law = {name: options.pop(name) for name in ("damping", "damping_ramp", "backlash") if name in options}
+    return exugear.Stage(fast, slow, smooth_law(**of_law), pair=paper_pair(), **options)
+
+
 def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
     """The paper's pair, free to spin or with the same bearing, or further parts, on both shafts."""
     return free_pair() if part is None and parts is None and not stage else _smooth_box(part, parts, **stage)
@@ -33,14 +45,14 @@ def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
 
 @cache
 def free_pair() -> exugear.Gearbox:
-    """The paper's pair, free to spin; made once, as its law takes longer than most of what is asked of it."""
+    """The paper's pair, free to spin."""
     return _smooth_box(None, None)
 
 
 def _smooth_box(part, parts, **stage) -> exugear.Gearbox:
     parts = {30 * mm: paper_gear()} | ({} if part is None else {0.0: part}) | (parts or {})
     fast, slow = exugear.Shaft("fast", parts), exugear.Shaft("slow", parts)
-    return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])
+    return exugear.Gearbox([smooth_stage(fast, slow, **{"damping": 2700.0} | stage)])
 
 
 @cache
@@ -48,8 +60,8 @@ def two_stages(angle: float = 0.0) -> exugear.Gearbox:
     """The paper's pair twice, the second at an angle behind the first; a middle shaft with two gears."""
     middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
     fast, slow = (exugear.Shaft(name, {s * mm: paper_gear()}) for name, s in (("fast", 30), ("slow", 80)))
-    first = exugear.Stage(fast, middle, smooth_map(), damping=2700.0)
-    return exugear.Gearbox([first, exugear.Stage(middle, slow, smooth_map(), damping=2700.0, angle=angle)])
+    first = smooth_stage(fast, middle, damping=2700.0)
+    return exugear.Gearbox([first, smooth_stage(middle, slow, damping=2700.0, angle=angle)])
 
 
 class Oscillator:
@@ -70,9 +82,14 @@ class Oscillator:
         self.model.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, dampingMatrix=matrix))
 
     def run(self, frequency, push, periods: float, steps: int = 200, **options):
-        """Deflection samples (n,) and their times in natural periods; frequency(x), push(x) of the periods x."""
+        """Deflection samples (n,) and their times in natural periods; frequency and push at the periods x.
+
+        frequency   function of x, or x and its values there (2, n); push: function of x
+        """
         period = 2 * np.pi / self.omega
         spin = lambda t: frequency(t / period) * self.omega / self.teeth  # noqa: E731
+        if not callable(frequency):
+            spin = frequency[0] * period, frequency[1] * self.omega / self.teeth
         load = lambda t: push(t / period) * self.r  # noqa: E731
         step = period / steps
         options = {"step": step, "sample": step, "progress": False} | options
@@ -93,9 +110,10 @@ def rectangular_law(n: int = 1000, reach: float = 1e-4) -> exugear.MeshForce:
     return linear_law(np.where(phase < 0.45, double, 0.6 * double), phase, reach=reach)
 
 
-def swept(start: float, end: float, periods: float):
-    """A ramp from start to end over a number of periods, then constant."""
-    return lambda x: start + (end - start) * min(max(x / periods, 0.0), 1.0)
+def swept(start: float, end: float, periods: float, until: float) -> np.ndarray:
+    """A ramp from start to end over a number of periods, then constant (2, n): as a function it has a costly corner."""
+    x = np.r_[np.linspace(0.0, periods, 201), until]
+    return np.array([x, np.interp(x, [0.0, periods], [start, end])])
 
 
 def wrench(reference, q, forces) -> np.ndarray:

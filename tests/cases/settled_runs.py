@@ -9,9 +9,9 @@ from fem.units import rpm
 TOP, LOAD = 3500 * rpm, 150.0
 
 
-def swept(model: exugear.Model, speeds, load: float, step: float) -> list[np.ndarray]:
-    """DTE over 20 mesh cycles at each of the speeds, of a run in steps [s] that ramps from each to the next."""
-    box, hold, before, parts, last = model.gearbox, 0.2, speeds[0], [], None
+def swept(model: exugear.Model, before: float, speeds, load: float, step: float) -> list[np.ndarray]:
+    """DTE over 20 mesh cycles at each of the speeds, of a run in steps [s] that ramps from one before to each."""
+    box, hold, parts, last = model.gearbox, 0.2, [], None
     for speed in speeds:
         ramp, kept = 0.08, 20 / (model.mesh_cycles[0] * speed)
         times = np.array([0.0, ramp, ramp + hold + kept])
@@ -36,11 +36,11 @@ def compare(model: exugear.Model, data, load: float, number: int, step: float) -
     """Compare orbits with a run that sweeps up through their speeds, or else with one that sweeps down."""
     orbits = [data.isel(point=point) for point in picked(data, number)]
     speeds = [float(orbit["speed"]) for orbit in orbits]
-    runs = swept(model, [200 * rpm, *speeds], load, step)[1:]
+    runs = swept(model, 200 * rpm, speeds, load, step)
     missed = [dte.std() != pytest.approx(float(x["rms"]), rel=1e-3) for x, dte in zip(orbits, runs, strict=True)]
     if any(missed):
         lowest = missed.index(True)
-        down = swept(model, [TOP, *reversed(speeds[lowest:])], load, step)[:0:-1]
+        down = swept(model, TOP, speeds[lowest:][::-1], load, step)[::-1]
         pairs = zip(runs[lowest:], down, missed[lowest:], strict=True)
         runs[lowest:] = [new if is_missed else dte for dte, new, is_missed in pairs]
     for orbit, dte in zip(orbits, runs, strict=True):
@@ -50,9 +50,9 @@ def compare(model: exugear.Model, data, load: float, number: int, step: float) -
         assert dte.mean() == pytest.approx(mean, abs=1e-3 * peak_to_peak)
 
 
-def settled_dte(model: exugear.Model, orbit, load: float, step: float, cycles: int) -> np.ndarray:
+def settled_dte(model: exugear.Model, orbit, load: float, step: float, cycles: int, duration=0.3) -> np.ndarray:
     """(n_stage, n_time) DTE over mesh cycles of the first stage at the end of a run at the speed of an orbit."""
-    options = {"duration": 0.3, "step": step, "sample": step, "progress": False, "checks": 0}
+    options = {"duration": duration, "step": step, "sample": step, "progress": False, "checks": 0}
     data = exugear.run_up(model, speed=float(orbit["speed"]), load=load, **options).data
     kept = cycles / (model.mesh_cycles[0] * float(orbit["speed"]))
     return data["dte"].values[:, data["time"].values >= data["time"].values[-1] - kept]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
-from scenes import K, linear_law, smooth_map, wrench
+from scenes import K, linear_law, smooth_law, smooth_map, wrench
 from spatial_meshes import (
     BETA,
     OFFSETS,
@@ -208,8 +208,8 @@ def test_an_orbit_of_the_whole_pair_changes_nothing(name, turns):
 @pytest.mark.parametrize("name", ["spur", "helical"])
 def test_conserving_forces_are_the_slope_of_one_potential(name):
     """Work around a closed loop of spins and displacements is 0; without the torque from dU/dphase it is not."""
-    pair, law = PAIRS[name], exugear.MeshForce.from_ste(smooth_map(), conserves=True, backlash=np.inf)
-    plain = exugear.MeshForce.from_ste(smooth_map(), conserves=False, backlash=np.inf)
+    pair, law = PAIRS[name], smooth_law(conserves=True, backlash=np.inf)
+    plain = smooth_law(conserves=False, backlash=np.inf)
     reference = np.zeros((2, 6))
     reference[1, 0] = pair.a
     frame = frame_in_space(pair, reference)
@@ -233,13 +233,13 @@ def test_conserving_forces_are_the_slope_of_one_potential(name):
 
 
 def test_the_former_law_has_the_same_force():
-    law, former = (exugear.MeshForce.from_ste(smooth_map(), conserves=c, backlash=np.inf) for c in (True, False))
+    law, former = (smooth_law(conserves=c, backlash=np.inf) for c in (True, False))
     phase, deflection = np.meshgrid(np.linspace(0, 1, 41), np.linspace(1, 20, 30) * um)
     assert law(phase, deflection) == pytest.approx(former(phase, deflection), rel=1e-12)
 
 
 def test_conserving_spins_agree_with_bodies_in_space():
-    law = exugear.MeshForce.from_ste(smooth_map(), conserves=True)
+    law = smooth_law(conserves=True)
     reference = np.zeros((2, 6))
     reference[1, 0] = SPUR.a
     lead = 8 * um / SPUR.pinion.r_b

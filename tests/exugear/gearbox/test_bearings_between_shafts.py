@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 from paper_gears import paper_gear, paper_pair
-from scenes import smooth_map
+from scenes import smooth_law
 
 import exugear
 import fem
@@ -29,7 +29,7 @@ def reverted(pilot=BALL, on_fast=BALL, between=PILOT, sections: bool = False) ->
     fast = exugear.Shaft("fast", {0.0: on_fast, 40 * mm: paper_gear(), 100 * mm: on_fast}, **along)
     lay = exugear.Shaft("lay", {0.0: BALL, 40 * mm: paper_gear(), 170 * mm: paper_gear(), 210 * mm: BALL})
     out = exugear.Shaft("out", {130 * mm: pilot, 170 * mm: paper_gear(), 210 * mm: BALL})
-    law = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+    law = smooth_law(damping=2700.0)
     stages = [
         exugear.Stage(fast, lay, law, pair=paper_pair()),
         exugear.Stage(lay, out, law, pair=paper_pair(), angle=pi),
@@ -43,7 +43,7 @@ def unlike(pilot, on_fast=BALL) -> exugear.Gearbox:
     fast = exugear.Shaft("fast", {40 * mm: paper_gear()} | ({0.0: on_fast, 100 * mm: on_fast} if on_fast else {}))
     lay = exugear.Shaft("lay", {0.0: BALL, 40 * mm: paper_gear(), 170 * mm: lay_gear, 210 * mm: BALL})
     out = exugear.Shaft("out", {130 * mm: pilot, 170 * mm: out_gear, 210 * mm: BALL})
-    law = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+    law = smooth_law(damping=2700.0)
     line = [0.0, 3e8 * mm]
     second = exugear.MeshForce([0.0, 0.5], [0.0, 1 * mm], [line, line], damping=2700.0)
     pair = fem.GearPair(lay_gear, out_gear, a=150 * mm)

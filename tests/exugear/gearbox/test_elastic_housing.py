@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from meshed_housings import SEATS, walls_on_plate
 from paper_gears import paper_gear, paper_pair
-from scenes import smooth_map
+from scenes import smooth_law
 
 import exugear
 from fem.units import mm
@@ -26,7 +26,7 @@ def box_on(housing, bearing=BALL, sections: bool = False) -> exugear.Gearbox:
     options = {"sections": [(45 * mm, 100 * mm)]} if sections else {}
     parts = {0.0: bearing, 40 * mm: paper_gear(), 100 * mm: bearing}
     shafts = [exugear.Shaft(name, parts, **options) for name in ("fast", "slow")]
-    law = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+    law = smooth_law(damping=2700.0)
     return exugear.Gearbox([exugear.Stage(*shafts, law, pair=paper_pair())], housing=housing)
 
 

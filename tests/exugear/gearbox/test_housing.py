@@ -5,7 +5,7 @@ import pytest
 import scipy
 from paper_gears import paper_gear, paper_pair
 from planetary_boxes import GEAR, PIN, RING_PAIR, planetary
-from scenes import smooth_map
+from scenes import smooth_law
 
 import exugear
 from fem.units import mm, um
@@ -19,7 +19,7 @@ def box_on(housing=None, bearing=BALL, sections: bool = False) -> exugear.Gearbo
     options = {"sections": [(45 * mm, 100 * mm)]} if sections else {}
     parts = {0.0: bearing, 40 * mm: paper_gear(), 100 * mm: bearing}
     shafts = [exugear.Shaft(name, parts, **options) for name in ("fast", "slow")]
-    law = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+    law = smooth_law(damping=2700.0)
     return exugear.Gearbox([exugear.Stage(*shafts, law, pair=paper_pair())], housing=housing)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 from paper_gears import paper_gear, paper_pair
-from scenes import INERTIA, K, linear_law, smooth_box, smooth_map
+from scenes import INERTIA, K, linear_law, smooth_box, smooth_law, smooth_map
 
 import exugear
 from fem.units import mm, rpm
@@ -47,7 +47,7 @@ def test_ratio_is_that_of_the_reduced_mass():
 
 def test_stiffness_of_a_map_is_the_slope_at_its_largest_torque():
     """By the damping for a ratio, 2 ratio sqrt(k m), against differences of the deflection under two torques."""
-    law = exugear.MeshForce.from_ste(smooth_map())
+    law = smooth_law()
     top, phases = 4000 / R_B, np.arange(24) / 24
     spans = [law.deflection_at(x, top) - law.deflection_at(x, 0.999 * top) for x in phases]
     stiffness = (stage(law, damping_ratio=0.5).force.damping) ** 2 / REDUCED_MASS

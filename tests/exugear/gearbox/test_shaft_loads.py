@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 from paper_gears import paper_gear, paper_pair
-from scenes import smooth_map
+from scenes import smooth_law
 
 import exugear
 import fem
@@ -14,7 +14,7 @@ from exugear import Bearing, Coupling, Disc, ExternalForce, Shaft, Unbalance
 from fem.units import deg, mm, rpm
 
 GEAR, LOAD = paper_gear(), 100.0
-LAW = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+LAW = smooth_law(damping=2700.0)
 LENGTH, D = 600 * mm, 40 * mm
 
 

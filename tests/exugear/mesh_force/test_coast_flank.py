@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from coarse_maps import COARSE
 from paper_gears import paper_gear, paper_pair
 from scenes import TORQUES, smooth_map
 from two_sided_maps import TILTS, both_sides, flank_te
@@ -47,7 +48,7 @@ def test_the_coast_flank_is_the_driving_one_of_the_pair_turned_by_hand(tilts):
 def test_a_mirror_image_takes_no_memory_and_a_map_says_whether_it_holds():
     """Of symmetric gears torques < 0 say nothing new."""
     unlike = fem.GearPair(paper_gear(flank=fem.Sides((), (fem.TipRelief(20 * um, 3 * mm),))), paper_gear(), a=150 * mm)
-    slices = fem.Slices()
+    slices = fem.Slices(COARSE.density, COARSE.slices)
     both, right = (
         fem.static_transmission_error(pair, [-350, -150, 0, 150, 350], 8, resolution=slices, progress=False)
         for pair in (paper_pair(), unlike)

@@ -185,14 +185,17 @@ def test_one_phase_is_a_constant_law():
 
 
 def test_a_map_of_finite_elements_has_a_law_at_all_offsets_within_its_axes():
-    """Polynomials over the axial offset undershoot beside the loss of contact, where a force that pulls may rise."""
+    """Polynomials over the axial offset undershoot beside the loss of contact, where a force that pulls may rise.
+
+    The other misalignments are mirror images.
+    """
     axes = fem.Offsets(misalignment=(-4e-4, -2e-4, 0.0, 2e-4, 4e-4), axial=(-1 * mm, 0.0, 1 * mm))
     slices = fem.Slices(Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1), 10)
     ste = fem.static_transmission_error(
         paper_pair(), [0, 5, 50, 200], 12, offsets=axes, resolution=slices, progress=False
     )
     law = MeshForce.from_ste(ste)
-    for misalignment in np.linspace(-4e-4, 4e-4, 9):
+    for misalignment in np.linspace(0, 4e-4, 5):
         for axial in np.linspace(-1 * mm, 1 * mm, 5):
             fixed = law.at(misalignment=misalignment, axial=axial)
             assert (fixed.force_table >= 0).all()

@@ -2,14 +2,14 @@
 
 import exudyn as exu
 import pytest
-from scenes import smooth_map
+from scenes import smooth_law
 
 import exugear
 
 
 @pytest.fixture(scope="module")
 def law() -> exugear.MeshForce:
-    return exugear.MeshForce.from_ste(smooth_map(), damping=1000.0)
+    return smooth_law(damping=1000.0)
 
 
 @pytest.fixture(params=["", "1"], ids=["native", "portable"])

@@ -9,7 +9,7 @@ import pytest
 from exudyn.rigidBodyUtilities import InertiaCuboid, RigidBodyInertia
 from friction_cases import friction_for
 from paper_gears import paper_pair
-from scenes import K, linear_law, smooth_map
+from scenes import K, linear_law, smooth_law
 from scipy.spatial.transform import Rotation
 from spatial_meshes import PAIRS, bodies_of_kinds, law_of
 
@@ -156,7 +156,7 @@ def test_friction_is_that_along_z():
 
 def force_over_time(frame, node, axis) -> np.ndarray:
     """Mesh force of a pair on revolute joints that settles under 150 N m, more than one turn at 1000 rad/s."""
-    pair, law = paper_pair(), exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+    pair, law = paper_pair(), smooth_law(damping=2700.0)
     mbs, recorder = exu.SystemContainer().AddSystem(), exugear.Recorder()
     ground, z = mbs.CreateGround(), frame[:, 2]
     about = turned_to(axis)

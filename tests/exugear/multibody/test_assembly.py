@@ -7,7 +7,7 @@ import pytest
 from bearing_boxes import ENDS, SPUR, box_of
 from modal_boxes import train_matrices
 from paper_gears import paper_gear
-from scenes import smooth_box, smooth_map
+from scenes import smooth_box, smooth_stage
 from spatial_meshes import helical_pair, law_of
 
 import exugear
@@ -158,7 +158,7 @@ def test_coupling_twists_under_the_load_and_has_its_frequency():
     coupling = exugear.Coupling(2e4, inertia=0.5)
     fast = exugear.Shaft("fast", {30 * mm: paper_gear()})
     slow = exugear.Shaft("slow", {30 * mm: paper_gear(), 0.1: coupling})
-    model = exugear.build(exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), damping=2700.0)]))
+    model = exugear.build(exugear.Gearbox([smooth_stage(fast, slow, damping=2700.0)]))
     mass, stiffness = train_matrices(model.gearbox)
     rotor, spin = model.rotors["slow"], model.spins["slow"]
     assert mass[rotor, rotor] == pytest.approx(0.5)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from paper_gears import paper_gear
-from scenes import INERTIA, linear_law, paper_pair, smooth_box, smooth_map
+from scenes import INERTIA, linear_law, paper_pair, smooth_box, smooth_stage
 
 import exugear
 from fem.units import mm, rpm
@@ -41,7 +41,7 @@ def test_soft_coupling_starts_without_torsional_vibration():
     inertia, torsion, slope = 20.0, 8e3, 5.0
     brake = exugear.Coupling(torsion, inertia=inertia)
     fast, slow = shafts("fast")[0], shafts("slow", parts={0.0: brake})[0]
-    box = exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), damping=2700.0)])
+    box = exugear.Gearbox([smooth_stage(fast, slow, damping=2700.0)])
     data = accelerated(box, slope, duration=0.5, tolerance=1e-3)
     torque = data["mesh_force"].values[0] * R_B - INERTIA * slope
     window = round(1e-2 / data.attrs["sample"])

@@ -8,7 +8,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 import pytest
-from scenes import paper_pair, smooth_map
+from scenes import paper_pair, smooth_law
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
@@ -35,7 +35,7 @@ def solid():
 
 @pytest.fixture(scope="module")
 def law() -> exugear.MeshForce:
-    return exugear.MeshForce.from_ste(smooth_map(), damping=example.MESH_DAMPING)
+    return smooth_law(damping=example.MESH_DAMPING)
 
 
 @pytest.fixture(scope="module")

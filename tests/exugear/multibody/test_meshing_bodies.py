@@ -1,5 +1,7 @@
 """Bodies of any kind that mesh in Exudyn: frequencies of pairs, of a carrier, and of a planetary set."""
 
+from itertools import product
+
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
@@ -29,11 +31,11 @@ def torsional_frequency(kinds, depth: float = 10 * um) -> float:
     return float(np.sqrt(np.abs(squares).max()))
 
 
-@pytest.mark.parametrize("pinion", ["spin", "planar", "spatial"])
-@pytest.mark.parametrize("wheel", ["spin", "planar", "spatial"])
-def test_bodies_of_any_kind_mesh(pinion, wheel):
+@pytest.mark.parametrize("kinds", sorted({*product(["spin", "planar", "spatial"], repeat=2)} - {("planar", "spatial")}))
+def test_bodies_of_any_kind_mesh(kinds):
+    """A planar pinion with a wheel of any rotation: test_any_axis."""
     expected = np.sqrt(2 * K * SPUR.pinion.r_b**2 / 1e-2)
-    assert torsional_frequency((pinion, wheel)) == pytest.approx(expected, rel=1e-6)
+    assert torsional_frequency(kinds) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["spin", "planar", "spatial"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from modal_boxes import train_matrices
-from scenes import paper_gear, paper_pair, smooth_box, smooth_map, two_stages
+from scenes import paper_gear, paper_pair, smooth_box, smooth_map, smooth_stage, two_stages
 
 import exugear
 import fem
@@ -20,7 +20,7 @@ def shaft(name: str = "fast", **changes) -> exugear.Shaft:
 
 
 def stage(fast=None, slow=None, **changes) -> exugear.Stage:
-    return exugear.Stage(fast or shaft("fast"), slow or shaft("slow"), smooth_map(), **{"damping": 2700.0} | changes)
+    return smooth_stage(fast or shaft("fast"), slow or shaft("slow"), **{"damping": 2700.0} | changes)
 
 
 def test_default_inertia_is_that_of_solid_steel_discs():
@@ -201,7 +201,7 @@ def test_two_bearings_hold_a_shaft():
             lambda: exugear.plan(exugear.Gearbox([stage(slow=exugear.Shaft("slow", {31 * mm: paper_gear()}))])),
             "give axial = 0.001, but its map is for 0",
         ),
-        (lambda: exugear.Stage("a", shaft(), smooth_map(), damping=0.0), "fast must be"),
+        (lambda: smooth_stage("a", shaft(), damping=0.0), "fast must be"),
         (lambda: exugear.Stage(shaft(), shaft("slow"), "map", damping=0.0), "mesh must be"),
         (lambda: exugear.Gearbox([]), "at least one Stage"),
         (lambda: exugear.Gearbox(stage()), "must be a list of Stage"),

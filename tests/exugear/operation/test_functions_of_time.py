@@ -1,5 +1,7 @@
 """Functions of time and their kernels: torques, speeds and imposed motions; conditions that end a run."""
 
+from math import exp
+
 import numpy as np
 import pytest
 from numba import njit
@@ -118,7 +120,7 @@ def test_a_ripple_over_the_angle_is_kept(order):
 
 
 def test_a_short_dip_is_kept():
-    dip = lambda t: 100 - 20 * max(0.0, 1 - abs(t - 28) / 25e-3)  # noqa: E731
+    dip = lambda t: 100 - 20 * exp(-(((t - 28) / 15e-3) ** 2))  # noqa: E731
     assert speed_function(dip, 70.0)(np.linspace(27.9, 28.1, 10_001)).min() == pytest.approx(80, abs=0.1)
 
 

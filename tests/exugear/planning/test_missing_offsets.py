@@ -56,7 +56,8 @@ def box(parts, offsets=(), pair=None) -> exugear.Gearbox:
 def test_a_run_stays_within_a_map_over_the_offsets_of_the_plan(parts, pair, axes):
     offsets = pasted(exugear.plan(box(parts, pair=pair), load=350.0))
     assert set(offsets) == axes
-    data = ran(exugear.build(box(parts, offsets, pair)), load=350.0, duration=0.01)
+    ends_and_middle = {name: axis[[0, axis.size // 2, -1]] for name, axis in offsets.items()}
+    data = ran(exugear.build(box(parts, ends_and_middle, pair)), load=350.0, duration=0.01)
     for name, axis in offsets.items():
         values = data[RECORDED[name]].values
         assert axis[0] < values.min() and values.max() < axis[-1]

@@ -121,8 +121,8 @@ def test_planets_orbit_with_their_carrier_in_mesh(on_pins):
     box = planar_box(bearings=PIN) if on_pins else planetary_box()
     built = exugear.build(box)
     exugear.draw(built)
-    exugear.run_up(built, speed=1.2 / 0.02, duration=0.02, load=100.0, progress=False, checks=0)
-    seen = exugear.picture(built, rotation=(0.0, 0.0, 0.0), size=(900, 900))
+    exugear.run_up(built, speed=1.2 / 0.005, duration=0.005, load=100.0, progress=False, checks=0)
+    seen = exugear.picture(built, rotation=(0.0, 0.0, 0.0), size=(600, 600))
     picture = np.asarray(seen, float) / max(1.0, float(np.max(seen)))
     dark = picture[::-1, :, :3].mean(axis=2) < 0.97
     rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))

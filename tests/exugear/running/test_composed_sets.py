@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from coarse_maps import COARSE
 from composed_laws import PAIR_STIFFNESS, law_of_equal_pairs
 from planetary_boxes import GEAR, PIN, RING_PAIR, SUN_PAIR, planar_box, planetary, planetary_box
 
@@ -88,9 +89,9 @@ def test_composed_laws_of_a_set_are_those_of_their_tables(planar):
     mapped = exugear.MeshForce(phase, shift[:, None] + reach, table, pitches=PLANETS, damping=3e3)
     of_table = {name: [mapped, *x[1:]] for name, x in meshes.items()}
     make = (lambda x: planar_box(**x)) if planar else (lambda x: planetary_box(**x))
-    lines = []
+    lines, samples = [], 28800 if planar else 3600
     for given in (meshes, of_table):
-        run, last = turn_of_carrier(make(given), 200 * rpm, sample=8 * np.pi / (200 * rpm) / 28800)
+        run, last = turn_of_carrier(make(given), 200 * rpm, sample=8 * np.pi / (200 * rpm) / samples)
         lines.append(np.array([orders_of(force) for force in run.data["mesh_force"].values[:, last]])[:, 1:60])
     # every second line of the planet: the shifts at the sun and at the ring add up
     composed, by_table = (np.array(x)[:, 5::6] for x in lines)
@@ -108,21 +109,22 @@ def test_a_set_in_space_on_composed_laws_runs_as_in_the_plane():
 
 def test_a_planet_has_its_teeth_counted_from_either_side():
     """The same flanks in both meshes are another tooth in each, unless the pattern is the same from both sides."""
+    crack = fem.crack(GEAR, lost=0.3)
 
     def a_set(*flank):
         pairs = {"sun_pair": replace(SUN_PAIR, wheel=replace(GEAR, flank=flank))}
         return planetary(**pairs, ring_pair=replace(RING_PAIR, pinion=pairs["sun_pair"].wheel))
 
-    assert not a_set(fem.OnTooth(0, fem.crack(GEAR, lost=0.3))).stepped
+    assert not a_set(fem.OnTooth(0, crack)).stepped
     with pytest.raises(ValueError, match=r"tooth k of sun_mesh is tooth -k there.*OnTooth\(-k % z"):
-        a_set(fem.OnTooth(3, fem.crack(GEAR, lost=0.3)))
-    unlike = replace(SUN_PAIR, wheel=replace(GEAR, flank=fem.OnTooth(3, fem.crack(GEAR, lost=0.3))))
+        a_set(fem.OnTooth(3, crack))
+    unlike = replace(SUN_PAIR, wheel=replace(GEAR, flank=fem.OnTooth(3, crack)))
     assert not planetary(sun_pair=unlike).stepped
 
 
 def test_maps_of_tooth_pairs_are_composed_first():
     pair = fem.GearPair(*(fem.Gear(z=z, m_n=3 * mm, b=20 * mm, d_bore=15 * mm, x=0.4) for z in (12, 13)))
-    pairs = fem.tooth_pair_map(pair, 20.0, resolution=fem.Slices(), checks=0, progress=False)
+    pairs = fem.tooth_pair_map(pair, 20.0, resolution=COARSE, checks=0, progress=False)
     shafts = [exugear.Shaft(name, {0.0: gear}) for name, gear in (("in", pair.pinion), ("out", pair.wheel))]
     with pytest.raises(ValueError, match=r"compose the law, exugear\.MeshForce\.from_tooth_pairs"):
         exugear.Stage(*shafts, pairs)

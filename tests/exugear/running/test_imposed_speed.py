@@ -11,7 +11,7 @@ from exudyn.itemInterface import (
     ObjectRotationalMass1D,
     SensorObject,
 )
-from scenes import paper_gear, ran, smooth_map
+from scenes import paper_gear, ran, smooth_stage
 
 import exugear
 from fem.units import mm, rpm
@@ -30,7 +30,7 @@ SPEEDS = {"ramp": (600 * rpm, 900 * rpm), "function": lambda t: 80 + 10 * np.sin
 
 def box_of(fast: dict, slow: dict) -> exugear.Gearbox:
     shafts = [exugear.Shaft(n, {30 * mm: paper_gear()} | p) for n, p in (("fast", fast), ("slow", slow))]
-    return exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping_ratio=0.06)])
+    return exugear.Gearbox([smooth_stage(*shafts, damping_ratio=0.06)])
 
 
 def with_further_item(model: exugear.Model) -> exugear.Model:
@@ -63,7 +63,7 @@ def test_contacts_and_constraint_impose_the_same_motion(scene, speed):
 def test_shafts_in_space_differ_by_the_square_of_their_tilts():
     gear, bearings = paper_gear(), {0 * mm: BEARINGS[0 * mm], 80 * mm: BEARINGS[60 * mm]}
     shafts = [exugear.Shaft(name, {30 * mm: gear} | bearings) for name in ("fast", "slow")]
-    box = exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping_ratio=0.06)])
+    box = exugear.Gearbox([smooth_stage(*shafts, damping_ratio=0.06)])
     models = exugear.build(box), with_further_item(exugear.build(box))
     options = {"load": 150.0, "duration": 0.05, "tolerance": 1e-5, "step": 1e-5, "checks": 0}
     by_contacts, by_constraint = (ran(model, **options)["dte"].values for model in models)

@@ -8,7 +8,7 @@ import pytest
 from friction_cases import MU
 from measured_rows import deviation
 from paper_gears import paper_gear, paper_pair
-from scenes import linear_law, ran, smooth_box, smooth_map
+from scenes import linear_law, ran, smooth_box, smooth_stage
 
 import exugear
 from fem.units import mm, rpm, um
@@ -146,7 +146,7 @@ def test_coast_down_by_drag_comes_to_rest_without_chatter(measured):
         exugear.Shaft(name, {0.0: [paper_gear(), *parts]})
         for name, parts in (("fast", ()), ("slow", (exugear.Drag(drag),)))
     ]
-    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)]))
+    model = exugear.build(exugear.Gearbox([smooth_stage(*shafts, damping=2700.0)]))
     rest = 2 * shafts[0].inertia * speed / drag
     run = exugear.run(model, duration=1.2 * rest, start_speed=speed, progress=False, checks=0)
     time, slow = run.data["time"].values, run.data["shaft_speed"].sel(shaft="slow").values
@@ -161,7 +161,7 @@ def test_coast_down_by_palmgrens_drag():
     """J d(omega)/dt = -(a + b omega^(2/3)) integrated by hand, the drag on both shafts."""
     drag, speed = exugear.BearingDrag(150 * mm, 4.0, 200e-6, 1e-3, load=5000.0), 3500 * rpm
     shafts = [exugear.Shaft(name, {0.0: [paper_gear(), drag]}) for name in ("fast", "slow")]
-    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)]))
+    model = exugear.build(exugear.Gearbox([smooth_stage(*shafts, damping=2700.0)]))
     end = exugear.SpeedReached("fast", 0.05 * speed)
     run = exugear.run(model, duration=5.0, start_speed=speed, stop=[end], progress=False, checks=0)
     omega = np.linspace(0.05 * speed, speed, 10001)

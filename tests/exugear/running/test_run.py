@@ -10,7 +10,7 @@ import exudyn as exu
 import numpy as np
 import pytest
 from run_ups import LOAD, run, with_bearings
-from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map
+from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map, smooth_stage
 
 import exugear
 from fem.units import mm, rpm, um
@@ -116,7 +116,7 @@ def test_two_paths_share_the_load_at_rest_and_in_slow_motion(bearing):
     a, d = (exugear.Shaft(name, {30 * mm: paper_gear()}) for name in "ad")
     b, c = (exugear.Shaft(name, held) for name in "bc")
     ends = [(a, b, 0.0), (a, c, np.pi / 2), (b, d, np.pi / 2), (c, d, 0.0)]
-    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0, angle=angle) for *pair, angle in ends]
+    stages = [smooth_stage(*pair, damping=2700.0, angle=angle) for *pair, angle in ends]
     model = exugear.build(exugear.Gearbox(stages))
     half = LOAD / paper_pair().wheel.r_b / 2
     rest = run(model, speed=0.0, duration=0.005).data["mesh_force"].values

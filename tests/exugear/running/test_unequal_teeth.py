@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from planetary_boxes import PIN, RING_PAIR, STIFFNESS, SUN_PAIR, planar_box, planetary_box, waving_law
-from scenes import smooth_map
+from scenes import smooth_law, smooth_map
 from scipy.interpolate import CubicSpline
 from unequal_teeth import ONCE_PER_TURN, law_with_error, map_over, once_per_turn, pair_of_unequal_teeth
 
@@ -32,7 +32,7 @@ def repeated(ste, pitches: int):
 
 
 def test_a_law_over_pitches_that_are_alike_is_that_of_a_single_pitch(tmp_path):
-    single = exugear.MeshForce.from_ste(smooth_map(), damping=1000.0, backlash=20 * um)
+    single = smooth_law(damping=1000.0, backlash=20 * um)
     law = exugear.MeshForce.from_ste(repeated(smooth_map(), 5), damping=1000.0, backlash=20 * um)
     random = np.random.default_rng(1)
     phase, deflection = random.uniform(-40, 40, 500), random.uniform(-45 * um, 25 * um, 500)

@@ -9,7 +9,7 @@ from settled_runs import agree, settled_dte
 import exugear
 from fem.units import deg, mm, um
 
-LAW = waving_law(0.15, damping=4000.0)
+LAW = waving_law(0.15, damping=8000.0)
 #: Planets neither in phase nor evenly spaced.
 UNEVEN = (0.0, 123 * deg, 243 * deg)
 
@@ -53,18 +53,18 @@ def planets_in_space():
 
 
 @pytest.mark.parametrize(
-    "case",
+    ("case", "duration"),
     [
-        pytest.param(spins, marks=pytest.mark.slow),
-        phases_that_fall,
-        two_members_driven,
-        pytest.param(two_members_driven_on_pins, marks=pytest.mark.slow),
-        planets_on_pins,
-        sun_on_a_housing,
-        pytest.param(planets_in_space, marks=pytest.mark.slow),
+        pytest.param(spins, 0.3, marks=pytest.mark.slow),
+        (phases_that_fall, 0.1),
+        (two_members_driven, 0.1),
+        pytest.param(two_members_driven_on_pins, 0.3, marks=pytest.mark.slow),
+        (planets_on_pins, 0.1),
+        (sun_on_a_housing, 0.1),
+        pytest.param(planets_in_space, 0.3, marks=pytest.mark.slow),
     ],
 )
-def test_states_are_those_of_a_settled_run(case):
+def test_states_are_those_of_a_settled_run(case, duration):
     """On pins in the frame of the carrier, displaced by centrifugal forces: the means are those of the run, too."""
     box, speed, load = case()
     model = exugear.build(box)
@@ -73,7 +73,7 @@ def test_states_are_those_of_a_settled_run(case):
     assert data.attrs["common_period"] == 1
     assert data.attrs["force_error"] < 1e-4
     orbit = data.isel(point=0)
-    agree(orbit, settled_dte(model, orbit, load, 5e-6, 40)[:2])
+    agree(orbit, settled_dte(model, orbit, load, 5e-6, 40, duration)[:2])
 
 
 def on_ring(support, **options) -> exugear.Gearbox:
@@ -108,7 +108,7 @@ def test_states_on_a_ring_with_modes_are_those_of_a_settled_run(case, speed, loa
 
 
 def test_ring_modes_must_oscillate():
-    model = exugear.build(box_on_ring(BUSH, ring_damping_ratio=1.0, ring_modes=ring_modes(BUSH, 5)))
+    model = exugear.build(box_on_ring(ring_damping_ratio=1.0))
     with pytest.raises(ValueError, match="ring_damping_ratio of 'ring' must lie below 1"):
         exugear.steady_states(model, speed=(200.0, 202.0), load=200.0, progress=False)
 

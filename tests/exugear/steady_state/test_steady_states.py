@@ -4,9 +4,10 @@ from time import process_time
 
 import numpy as np
 import pytest
+from coarse_maps import COARSE
 from elastic_boxes import elastic_box
 from paper_gears import paper_gear
-from scenes import smooth_box, smooth_map
+from scenes import smooth_box, smooth_map, smooth_stage
 from settled_runs import LOAD, TOP, compare
 
 import exugear
@@ -24,7 +25,7 @@ def spinning_states(spinning):
 
 
 def test_stable_orbits_are_those_of_settled_runs(spinning, spinning_states):
-    compare(spinning, spinning_states, LOAD, number=1, step=1e-6)
+    compare(spinning, spinning_states, LOAD, number=1, step=2e-6)
 
 
 @pytest.mark.slow
@@ -92,7 +93,7 @@ def helical_on_bearings(levers: tuple[float, ...] = (-4e-4, 0.0, 4e-4)) -> exuge
     """An unequal helical pair in space, its map over the misalignment, or at 0 with the centroids of the force."""
     size = {"m_n": 2.5 * mm, "b": 20 * mm, "d_bore": 20 * mm}
     pair = fem.GearPair(fem.Gear(z=23, beta=18 * deg, **size), fem.Gear(z=41, beta=-18 * deg, **size))
-    options = {"offsets": fem.Offsets(misalignment=levers), "resolution": fem.Slices()}
+    options = {"offsets": fem.Offsets(misalignment=levers), "resolution": fem.Slices(COARSE.density, 10)}
     ste = fem.static_transmission_error(pair, [0, 2, 10, 30, 100, 200], 16, **options, progress=False)
     fast = exugear.Shaft("fast", {0.0: BALL, 25 * mm: pair.pinion, 60 * mm: BALL})
     slow = exugear.Shaft("slow", {0.0: BALL, 25 * mm: pair.wheel, 60 * mm: BALL})
@@ -104,7 +105,7 @@ def test_a_helical_pair_on_bearings_has_the_tilting_stiffness_of_its_mesh():
     model = helical_on_bearings()
     data = exugear.steady_states(model, speed=(345.0, 355.0), load=100.0)
     orbit = data.isel(point=int(np.abs(data["speed"].values - 350.0).argmin()))
-    options = {"duration": 0.2, "step": 8e-6, "sample": 8e-6, "progress": False, "checks": 0}
+    options = {"duration": 0.1, "step": 8e-6, "sample": 8e-6, "progress": False, "checks": 0}
     run = exugear.run_up(model, speed=float(orbit["speed"]), load=100.0, **options).data
     late = run["time"].values >= run["time"].values[-1] - 60 / float(orbit["mesh_frequency"])
     dte = run["dte"].values[0, late]
@@ -135,7 +136,7 @@ def test_a_drive_behind_a_coupling():
         exugear.Shaft("fast", {0.0: coupling, 30 * mm: paper_gear()}),
         exugear.Shaft("slow", {30 * mm: paper_gear()}),
     ]
-    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)]))
+    model = exugear.build(exugear.Gearbox([smooth_stage(*shafts, damping=2700.0)]))
     compare(model, exugear.steady_states(model, speed=(1500 * rpm, TOP), load=LOAD), LOAD, number=1, step=5e-6)
 
 
@@ -212,7 +213,9 @@ def test_branches_that_leave_the_map_are_returned_up_to_there():
     """The largest orbit lies at the end of the map, which its samples pass; the next one gives the force error."""
     shafts = smooth_box().shafts
     stage = exugear.Stage(*shafts, smooth_map((0, 1, 20, 100, 250)), damping=2700.0)
-    data = exugear.steady_states(exugear.build(exugear.Gearbox([stage])), speed=(0.0, TOP), load=LOAD, progress=False)
+    data = exugear.steady_states(
+        exugear.build(exugear.Gearbox([stage])), speed=(1500 * rpm, TOP), load=LOAD, progress=False
+    )
     assert data.attrs["broken_branches"]
     assert data.attrs["force_error"] < 1e-6
     assert np.isfinite(data["rms"]).all()
