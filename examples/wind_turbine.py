@@ -25,6 +25,7 @@ FAST = fem.Gear(z=24, x=0.48, beta=-10 * deg, d_a=380.747 * mm, d_f=319.623 * mm
 PAIRS = [fem.GearPair(*x, a=a * mm) for *x, a in ((SUN, PLANET, 584), (PLANET, RING, -584), (SLOW, FAST, 861))]
 #: Torques as shares of the largest one of each map, on its pinion; torque [N m] and speed behind stage 1.
 TORQUES, LARGEST, ROTOR, SPEED = np.array([0, 0.02, 0.1, 0.3, 0.6, 1]), (120e3, 240e3, 350e3), 1.06e6, 47.8 * rpm
+COARSE = fem.Slices(fem.Density().scaled(0.5))
 
 
 def gearbox(maps: list, error: float) -> exugear.Gearbox:
@@ -39,8 +40,10 @@ def gearbox(maps: list, error: float) -> exugear.Gearbox:
 def main(folder: Path, quick: bool = False) -> dict:
     """Side bands at the ring, of equal planets and with a displaced pin."""
     folder.mkdir(parents=True, exist_ok=True)
-    phases, figure, lines = 10 if quick else 24, plots.figure(columns=3), {}
-    maps = [fem.static_transmission_error(p, TORQUES * top, phases) for p, top in zip(PAIRS, LARGEST, strict=True)]
+    options = {"phases": 10, "resolution": COARSE} if quick else {"phases": 24}
+    figure, lines = plots.figure(columns=3), {}
+    torques = [TORQUES * top for top in LARGEST]
+    maps = [fem.static_transmission_error(p, x, **options) for p, x in zip(PAIRS, torques, strict=True)]
     for ax, (name, error) in zip(figure.axes[1:], {"equal planets": 0.0, "a pin behind": 10 * um}.items(), strict=True):
         model = exugear.build(gearbox(maps, error))
         loads = {"generator": ROTOR / abs(model.gearbox.ratios["generator"])}
