@@ -117,6 +117,7 @@ class HeldContact:
         }
         self.laws = {0.0: address_of(self.law)} | {side: address_of(law) for side, law in self.on_flank.items()}
         self.floats = floats_of(self.state)
+        self.lagging, self.lags = _lagging(kinds)
         self.t = 0.0
 
     def begin(self, t: float) -> None:
@@ -167,6 +168,19 @@ class HeldContact:
             columns.append([(b - a) / (above - state[i]) for a, b in zip(before, after, strict=True)])
             state[i] = middle
         return np.array(columns).T
+
+
+def _lagging(kinds: tuple[BodyKind, ...]) -> tuple[list[int], list[int]]:
+    """Coordinates of a contact whose velocities lag by its bearings, and where their lags lie in its state."""
+    coordinates: list[int] = []
+    lags: list[int] = []
+    first = 0
+    for kind, lag in zip(kinds, ("pinion_lag", "wheel_lag"), strict=False):
+        components = [i for i in kind.components if i < 6]
+        coordinates += range(first, first + len(components))
+        lags += [FIRST[lag] + i for i in components]
+        first += kind.size
+    return coordinates, lags
 
 
 def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, float]) -> np.ndarray:
@@ -226,11 +240,8 @@ def spring_matrix(held: HeldContact, t: float, q, q_t, factors: tuple[float, flo
 
 def _by_bearings(held: HeldContact, n: int) -> np.ndarray:
     """(n,) factors of the velocities by which bearings let the rate of the advance lag."""
-    factors, first = np.zeros(n), 0
-    for kind, lag in zip(held.kinds, (PINION_LAG, WHEEL_LAG), strict=False):
-        components = [i for i in kind.components if i < 6]
-        factors[first : first + len(components)] = held.floats[lag][components]
-        first += kind.size
+    factors = np.zeros(n)
+    factors[held.lagging] = held.floats[held.lags]
     return factors
 
 

@@ -154,15 +154,20 @@ def _check_of(hint) -> Callable | None:
     return hint.__metadata__[0] if get_origin(hint) is Annotated else CHECKS.get(hint)
 
 
+@cache
+def _parts_of(hint) -> tuple[Callable | None, Any, tuple]:
+    """Check, origin and arguments of a hint."""
+    return _check_of(hint), get_origin(hint), get_args(hint)
+
+
 def _matches(value, hint) -> bool:
-    check = _check_of(hint)
+    check, origin, parts = _parts_of(hint)
     if check is not None:
         try:
             check("", value)
         except ValueError:
             return False
         return True
-    origin, parts = get_origin(hint), get_args(hint)
     if hint is Any or isinstance(hint, TypeVar):
         return True
     if origin in (Union, UnionType):
