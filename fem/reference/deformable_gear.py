@@ -280,7 +280,8 @@ def flank_of(gear: Gear, section: Basis, stacks: np.ndarray, tooth: int, width: 
 def flank_flexibility(gear: DeformableGear, mass: np.ndarray | float = 0.0) -> np.ndarray:
     """(n, n) displacement of the flank nodes in transverse planes per force on them [m/N], with a mass as in `solver`.
 
-    From the Schur complement over the flanks, which takes a sixth of the time of a solution for each of the forces.
+    From the Schur complement over the flanks: on the reference mesh in plane strain in a sixth of the time of solutions
+    for each of the forces, on hexahedra in half of it.
     """
     dim, on_flank = gear.solid.positions.shape[1], np.zeros(len(gear.solid.positions), bool)
     for flank in gear.flanks.values():

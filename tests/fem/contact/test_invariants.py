@@ -24,7 +24,7 @@ TOUCHING = 1e-14
 #: Deflection in modules up to which gears are stiff enough to mesh.
 MESHABLE = 0.1
 FAST = settings(max_examples=6, phases=[Phase.generate])
-MANY = settings(max_examples=10, phases=[Phase.generate])
+MANY = settings(max_examples=12, phases=[Phase.generate])
 
 
 @dataclass(frozen=True)
