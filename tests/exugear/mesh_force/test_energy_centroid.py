@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from coarse_maps import ROUGH
 
 import exugear
 import fem
@@ -44,7 +45,11 @@ WIDE_TILTS = (-6e-4, -3e-4, 0.0, 3e-4, 6e-4)
 def helical_map():
     """A map whose misalignments lie so far apart that light loads of one are beside lost contact of the next."""
     gears = fem.Gear(z=23, beta=18 * deg, **HELICAL), fem.Gear(z=41, beta=-18 * deg, **HELICAL)
-    options = {"offsets": fem.Offsets(misalignment=WIDE_TILTS), "resolution": fem.Slices(), "progress": False}
+    options = {
+        "offsets": fem.Offsets(misalignment=WIDE_TILTS),
+        "resolution": fem.Slices(ROUGH.density),
+        "progress": False,
+    }
     return fem.static_transmission_error(fem.GearPair(*gears), [0, 2, 5, 10, 20, 50, 100, 200, 400], 15, **options)
 
 
