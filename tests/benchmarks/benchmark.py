@@ -1,6 +1,6 @@
 """Run time against error: STE by several methods, run-ups by step, integrator and reduction, growth with the scene.
 
-    PYTHONPATH=examples python tests/benchmarks/benchmark.py results     (4 minutes on two cores; --quick: 2)
+    PYTHONPATH=examples python tests/benchmarks/benchmark.py results     (4 minutes on two cores; --quick: 1)
 
 Every error is against a run that is several times finer. Every time stands beside yardsticks: a compiled loop without
 Exudyn, Exudyn with a built-in spring instead of the mesh, Exudyn's own bodies and bearings without gears, and the times

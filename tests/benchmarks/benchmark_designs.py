@@ -23,20 +23,20 @@ import exugear
 import fem
 from fem.units import um
 
-CASES, QUICK, CHECKED, PROCESSES = 1000, 20, 5, 2
+CASES, QUICK, CHECKED, PROCESSES = 1000, 6, 5, 2
 
 
-def on_processes(call: Callable):
-    """(result of a call with an executor of two processes, wall time, processor time of the processes) [s]."""
+def on_processes(call: Callable, number: int = PROCESSES):
+    """(result of a call with an executor of some processes, wall time, processor time of the processes) [s]."""
     wall, processor = time.perf_counter(), processor_time()
-    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(number, mp_context=get_context("spawn")) as pool:
         result = call(pool)
     return result, time.perf_counter() - wall, processor_time() - processor
 
 
 def tolerances(quick: bool = False) -> dict[str, float]:
     """Times of tolerance cases of 30 phases and 3 torques, their ratio to unmodified pairs, error of the sweep."""
-    number, seed = QUICK if quick else CASES, 6
+    number, processes, seed = (QUICK, 1, 6) if quick else (CASES, PROCESSES, 6)
     drawn = exugear.monte_carlo(lambda **_: 0.0, TOLERANCES, number=CHECKED, seed=seed, progress=False)
     cases = [{name: float(drawn[name][case]) for name in TOLERANCES} for case in range(CHECKED)]
     options = {"resolution": fem.Slices(), "progress": False}
@@ -47,7 +47,8 @@ def tolerances(quick: bool = False) -> dict[str, float]:
         for case in cases
     ]
     swept, wall, processor = on_processes(
-        lambda pool: exugear.monte_carlo(measures, TOLERANCES, number=number, seed=seed, executor=pool, progress=False)
+        lambda pool: exugear.monte_carlo(measures, TOLERANCES, number=number, seed=seed, executor=pool, progress=False),
+        processes,
     )
     error = float(np.abs(swept["peak_to_peak"].values[:CHECKED] / np.array(single) - 1).max())
     row = {"cases": number, "wall": wall, "processor": processor, "over unmodified": median(ratios), "error": error}
@@ -59,12 +60,14 @@ def relief(quick: bool = False) -> dict[str, float]:
     """Times of the search, and peak to peak [um] of its optimum, unmodified, and of the best design of a grid."""
     goal, variables = tip_relief.GOALS["best at 350 N m"], tip_relief.VARIABLES
     given = {"method": "Nelder-Mead", "starts": 1, "resolution": fem.Slices(), "phases": 8} if quick else {}
+    processes, points = (1, 3) if quick else (PROCESSES, 20)
     best, wall, processor = on_processes(
         lambda pool: exugear.optimize_flanks(
             tip_relief.relieved, variables, goal, executor=pool, progress=False, **given
-        )
+        ),
+        processes,
     )
-    grid, grid_wall, _ = on_processes(lambda pool: best.landscape(points=3 if quick else 20, executor=pool))
+    grid, grid_wall, _ = on_processes(lambda pool: best.landscape(points=points, executor=pool), processes)
     row = {"designs": best.evaluated.sizes["case"], "wall": wall, "processor": processor, "wall of the grid": grid_wall}
     row |= {"peak to peak": best.goals[goal.label] / um, "unmodified": best.unmodified[goal.label] / um}
     row |= {"of the grid": float(grid.min())}

@@ -56,23 +56,23 @@ class Costs:
     caller: float
 
 
-def seconds_of(model: exugear.Model, executor: Executor | None = None) -> float:
+def seconds_of(model: exugear.Model, duration: float, executor: Executor | None = None) -> float:
     """Processor time of the whole run-up in this process."""
-    conditions = {"speed": (0, TOP_SPEED), "duration": LONG, "load": TORQUE, "progress": False}
+    conditions = {"speed": (0, TOP_SPEED), "duration": duration, "load": TORQUE, "progress": False}
     return timed(lambda: exugear.run_up(model, **conditions, executor=executor, checks=CHECKS))[1]
 
 
-def costs_of(model: exugear.Model) -> Costs:
+def costs_of(model: exugear.Model, duration: float) -> Costs:
     """Costs of the run-up in parts that a single process integrates."""
     executor = Inline(8)
-    total, (seconds, steps) = seconds_of(model, executor), np.array(executor.seconds).T
+    total, (seconds, steps) = seconds_of(model, duration, executor), np.array(executor.seconds).T
     parts, checks = seconds[steps > 0].sum(), seconds[steps == 0].sum()
     return Costs(parts / steps.sum(), checks, total - parts - checks)
 
 
-def modelled(model: exugear.Model, costs: Costs, processes: int) -> float:
+def modelled(model: exugear.Model, duration: float, costs: Costs, processes: int) -> float:
     """Time of the run-up where no part is integrated again [s]."""
-    conditions = run_up_conditions(model.gearbox, (0, TOP_SPEED), TORQUE, LONG)
+    conditions = run_up_conditions(model.gearbox, (0, TOP_SPEED), TORQUE, duration)
     scheme = scheme_of(model, conditions, tolerance=1e-3, step=None, sample=4e-5, sensor_period=None)
     parts = division_of(Solver(model, conditions, scheme), Inline(processes))
     free, last = [0.0] * processes, 0.0
@@ -85,14 +85,14 @@ def modelled(model: exugear.Model, costs: Costs, processes: int) -> float:
     return last + costs.checks / min(processes, CHECKS) + costs.caller
 
 
-def measured(model: exugear.Model, pairs: int) -> list[float]:
+def measured(model: exugear.Model, duration: float, pairs: int) -> list[float]:
     """Times on one process, and on two of the caller and the busier one [s]: medians of alternated runs."""
     times = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        seconds_of(model, pool)
+        seconds_of(model, duration, pool)
         for _ in range(pairs):
-            single, before = seconds_of(model), busy(pool)
-            times.append((single, seconds_of(model, pool) + float((busy(pool) - before).max())))
+            single, before = seconds_of(model, duration), busy(pool)
+            times.append((single, seconds_of(model, duration, pool) + float((busy(pool) - before).max())))
     return [median(column) for column in zip(*times, strict=True)]
 
 
@@ -106,10 +106,10 @@ def parts(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, list
     """Rows of the benchmark by scene: number of processes, times by the model and measured [s]."""
     rows, scenes = {}, {"spinning": box} | ({} if quick else {"planar": on_bearings(box)})
     for name, scene in scenes.items():
-        model = exugear.build(scene)
-        seconds_of(model)  # compiles the contact
-        costs, times = costs_of(model), measured(model, 1 if quick else PAIRS)
-        model_times = [modelled(model, costs, n) for n in PROCESSES]
+        model, (duration, pairs) = exugear.build(scene), (7.0, 1) if quick else (LONG, PAIRS)
+        seconds_of(model, duration)  # compiles the contact
+        costs, times = costs_of(model, duration), measured(model, duration, pairs)
+        model_times = [modelled(model, duration, costs, n) for n in PROCESSES]
         print(f"{name}: {costs}\n model: {np.round(model_times, 2)}, measured: {np.round(times, 2)}")
         rows[name] = {"processes": list(PROCESSES), "model": model_times, "measured": times}
     return rows

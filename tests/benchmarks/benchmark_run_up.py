@@ -57,7 +57,7 @@ def on_bearings(box: exugear.Gearbox) -> exugear.Gearbox:
 
 def run_up_points(box: exugear.Gearbox, quick: bool) -> Points:
     """Run-ups through all resonances: median error of windows, time of 70 s."""
-    duration, points = (2.0 if quick else 14.0), Points()
+    duration, points = (0.7 if quick else 14.0), Points()
     elastic = on_bearings(box)
     scenes = {
         "spinning": (box, exugear.plan(box)),

@@ -50,12 +50,14 @@ def pair_of_kind(beta: float, flank: tuple) -> fem.GearPair:
     return fem.GearPair(fem.Gear(beta=beta, **sizes), fem.Gear(beta=-beta, **sizes), a=paper_pair().a)
 
 
-def state_time(pair: fem.GearPair, torque, resolution: fem.Resolution | fem.Slices, calls: int = CALLS) -> float:
+def state_time(
+    pair: fem.GearPair, torque, resolution: fem.Resolution | fem.Slices, calls: int = CALLS, phases: int = PHASES
+) -> float:
     """Median time of a state [ms]; a first call compiles and fills the cache."""
     times = []
     for _ in range(calls + 1):
         start = time.process_time()
-        ste = fem.static_transmission_error(pair, torque, PHASES, resolution=resolution, progress=False)
+        ste = fem.static_transmission_error(pair, torque, phases, resolution=resolution, progress=False)
         times.append((time.process_time() - start) / ste["te"].size * 1e3)
     return median(times[1:])
 
@@ -64,8 +66,8 @@ def states(quick: bool = False) -> dict[str, dict[str, tuple[float, float]]]:
     """Time of a state [ms] by kind of gear and mode, and that of the old code."""
     rows: dict[str, dict[str, tuple[float, float]]] = {}
     for kind, (beta, flank) in KINDS.items():
-        pair, calls = pair_of_kind(beta, flank), 1 if quick else CALLS
-        times = [state_time(pair, *mode, calls=calls) for mode in MODES.values()]
+        pair, number = pair_of_kind(beta, flank), (1, 4) if quick else (CALLS, PHASES)
+        times = [state_time(pair, *mode, *number) for mode in MODES.values()]
         rows[kind] = dict(zip(MODES, zip(times, OLD[kind], strict=True), strict=True))
         print(f"{kind:16}", *(f"{mode} {new:.2f} ms, before {old}; " for mode, (new, old) in rows[kind].items()))
     return rows

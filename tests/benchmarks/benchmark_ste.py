@@ -20,7 +20,7 @@ TORQUE = 150.0
 def ste_points(quick: bool) -> Points:
     """STE of the paper's pair over a cycle: error of its rms about the finest curve, time of 30 phases."""
     pair, points, n = paper_pair(), Points(), 10 if quick else 30
-    phases, best = np.arange(n) / n, fem.Resolution().scaled(1.5 if quick else 2.0)
+    phases, best = np.arange(n) / n, fem.Resolution().scaled(1.25 if quick else 2.0)
 
     def curve(resolution):
         options = {"resolution": resolution, "progress": False}
@@ -34,7 +34,8 @@ def ste_points(quick: bool) -> Points:
             te, seconds = curve(mode.scaled(scale))
             points.add(name, f"mesh x {scale:g}", error(te), seconds)
     every = slice(None, None, 5)
-    for density in (fem.Density(flank=16, width=3), fem.Density(flank=30, width=4))[: 1 if quick else 2]:
+    for flank, width in ((10, 2),) if quick else ((16, 3), (30, 4)):
+        density = fem.Density(flank=flank, width=width)
         solve = lambda d=density: nonlinear.static_transmission_error(  # noqa: E731
             pair, TORQUE, phases[every], density=d, element=ElementHex1(), progress=False
         )

@@ -32,14 +32,15 @@ def deviating(gear: fem.Gear, seed: int) -> fem.Gear:
     return replace(gear, flank=fem.PitchDeviation(random + 10 * um * np.cos(2 * np.pi * np.arange(gear.z) / gear.z)))
 
 
-def laws() -> dict[str, MeshForce]:
-    """The law of the map, and that of unlike teeth."""
+def laws(quick: bool = False) -> dict[str, MeshForce]:
+    """The law of the map, and that of unlike teeth; quick: in slices, at few phases."""
     pair = alike()
     unlike = fem.GearPair(deviating(pair.pinion, 1), deviating(pair.wheel, 2), a=pair.a)
     torques = TORQUE * np.array([0, 0.01, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0])
-    ste = fem.static_transmission_error(pair, torques, 32, progress=False)
+    of_map = {"resolution": fem.Slices() if quick else fem.Resolution(), "progress": False}
+    ste = fem.static_transmission_error(pair, torques, 12 if quick else 32, **of_map)
     options = {"damping": DAMPING, "backlash": 0.1 * mm}
-    composed = MeshForce.from_tooth_pairs(fem.tooth_pair_map(unlike, TORQUE, checks=0, progress=False), **options)
+    composed = MeshForce.from_tooth_pairs(fem.tooth_pair_map(unlike, TORQUE, checks=0, **of_map), **options)
     return {"alike": MeshForce.from_ste(ste, **options), "unlike": composed}
 
 
@@ -53,7 +54,7 @@ def model_of(law: MeshForce, parts: dict) -> exugear.Model:
 
 def unlike_teeth(quick: bool = False) -> dict[str, float]:
     """Processor time of a run whose teeth differ over that of alike teeth, by scene: the median of ratios."""
-    duration, rounds, by_law = (0.1, 1, laws()) if quick else (20.0, ROUNDS, laws())
+    duration, rounds, by_law = (0.1, 1, laws(quick)) if quick else (20.0, ROUNDS, laws())
     conditions = {"drives": {"pinion": SPEED}, "loads": {"wheel": LOAD}, "step": STEP, "checks": 0, "progress": False}
     ratios = {}
     for scene, parts in {"spinning": {}, "on bearings": bearings()}.items():

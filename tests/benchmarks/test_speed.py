@@ -1,7 +1,7 @@
 """Times with their errors beside them: pytest tests/benchmarks -m slow -n 0 --benchmark-enable.
 
-Without --benchmark-enable every one runs once. Times mean little on a busy machine; the yardsticks were made for that:
-one factorization of the gear, Exudyn's step with a spring or with bearings of its own.
+Without --benchmark-enable every one runs once, most a fifth as long. Times mean little on a busy machine; the
+yardsticks were made for that: one factorization of the gear, Exudyn's step with a spring or with bearings of its own.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -21,6 +21,12 @@ from fem.units import mm, rpm, um
 
 pytestmark = pytest.mark.slow
 STEP, STEPS = 2.4e-5, 100_000
+
+
+@pytest.fixture
+def share(benchmark) -> float:
+    """Of the steps, phases and seconds, which are all needed for times alone."""
+    return 1.0 if benchmark.enabled else 0.2
 
 
 @pytest.fixture
@@ -46,37 +52,37 @@ def test_transmission_error_curve(benchmark, paper_pair, empty_cache, resolution
     assert error < allowed
 
 
-def test_states_in_slice_mode(benchmark, paper_pair):
+def test_states_in_slice_mode(benchmark, paper_pair, share):
     angles, opening, axial = np.linspace(-2, 2, 5) * 1e-4, np.linspace(0, 0.2, 5) * mm, np.linspace(-1, 1, 3) * mm
     offsets = fem.Offsets(a=paper_pair.a + opening, misalignment=angles, axial=axial)
     options = {"offsets": offsets, "resolution": fem.Slices(), "progress": False}
-    torques = np.linspace(20, 400, 8)
-    ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, torques, 30), options, rounds=1)
+    torques, phases = np.linspace(20, 400, 8), round(share * 30)
+    ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, torques, phases), options, rounds=1)
     benchmark.extra_info["states"] = int(ste["te"].size)
-    assert ste["te"].size == 8 * 30 * 5 * 5 * 3
+    assert ste["te"].size == 8 * phases * 5 * 5 * 3
 
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("kind", KINDS)
-def test_state_of_a_map(benchmark, kind, mode):
+def test_state_of_a_map(benchmark, kind, mode, share):
     """A whole map with the compliances in the cache; its time over its states stands in the extra information."""
     pair, (torque, resolution) = pair_of_kind(*KINDS[kind]), MODES[mode]
     options = {"resolution": resolution, "progress": False}
     calls = {"rounds": 3, "warmup_rounds": 1}
-    ste = benchmark.pedantic(fem.static_transmission_error, (pair, torque, PHASES), options, **calls)
+    ste = benchmark.pedantic(fem.static_transmission_error, (pair, torque, round(share * PHASES)), options, **calls)
     if benchmark.stats:
         benchmark.extra_info["ms a state"] = benchmark.stats["median"] / ste["te"].size * 1e3
     assert (ste["te"] > 0).all()
 
 
-def test_spring_of_exudyn(benchmark):
+def test_spring_of_exudyn(benchmark, share):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
     _container, mbs = exudyn_spring(INERTIA)
-    settings = fourth_order_settings(STEP, STEPS)
+    settings = fourth_order_settings(STEP, round(share * STEPS))
     assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
 
 
-def test_bearings_of_exudyn(benchmark):
+def test_bearings_of_exudyn(benchmark, share):
     """Yardstick of the run-ups on bearings: two turning bodies in space, each on two springs of Exudyn, no gears."""
     container = exu.SystemContainer()
     mbs = container.AddSystem()
@@ -89,7 +95,7 @@ def test_bearings_of_exudyn(benchmark):
             ends = {"itemNumbers": [mbs.CreateGround(), body], "localPosition0": [x, 0, z], "localPosition1": [0, 0, z]}
             mbs.CreateCartesianSpringDamper(**ends, **spring)
     mbs.Assemble()
-    settings = fourth_order_settings(STEP, STEPS)
+    settings = fourth_order_settings(STEP, round(share * STEPS))
     assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
 
 
@@ -117,10 +123,10 @@ def test_run_up(benchmark, scene):
 
 @pytest.mark.parametrize("processes", [1, 2])
 @pytest.mark.parametrize("scene", ["spin", "planar"])
-def test_run_up_in_parts(benchmark, scene, processes):
+def test_run_up_in_parts(benchmark, scene, processes, share):
     """70 s on one and on two processes; on two, the largest difference of the states at the seams."""
     model = exugear.build(smooth_box() if scene == "spin" else smooth_box(parts=bearings()))
-    options = {"speed": (0, 3500 * rpm), "duration": 70.0, "load": 150.0, "progress": False}
+    options = {"speed": (0, 3500 * rpm), "duration": 70.0 * share, "load": 150.0, "progress": False}
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
         options |= {"executor": pool} if processes > 1 else {}
         run = benchmark.pedantic(exugear.run_up, (model,), options, rounds=1, warmup_rounds=1)

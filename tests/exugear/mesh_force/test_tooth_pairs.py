@@ -386,7 +386,8 @@ def test_spalls_among_more_than_64_pairs_of_unlike_teeth_are_solved():
     profiles = ([fem.OnTooth(i, fem.ProfileCrowning((2 + 0.2 * i) * um)) for i in range(1, n)] for n in (9, 8))
     few = [(fem.OnTooth(0, spall),) for spall in spalls]
     many = [(*spall, *others) for spall, others in zip(few, profiles, strict=True)]
-    alone, pairs = (pairs_of(small_pair(*flanks), 20.0, checks=4) for flanks in (few, many))
+    given = {"checks": 4, "resolution": fem.Slices(COARSE.density, 6), "progress": False}
+    alone, pairs = (fem.tooth_pair_map(small_pair(*flanks), 20.0, **given) for flanks in (few, many))
     assert pairs.sizes["pinion_variant"] * pairs.sizes["wheel_variant"] == 72
     assert pairs.sizes["meeting"] == 1 and pairs["meeting_of"].values[0, 0] == 0
     assert pairs["meeting_increment"].values == pytest.approx(alone["meeting_increment"].values, abs=1e-12)

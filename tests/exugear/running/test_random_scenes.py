@@ -19,8 +19,7 @@ from spatial_meshes import mesh_in_space
 import exugear
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
-QUICK = settings(max_examples=12, phases=[Phase.generate])
-LONG = settings(QUICK, max_examples=CASES, derandomize=CASES == 80, suppress_health_check=list(HealthCheck))
+OPTIONS = {"phases": [Phase.generate], "derandomize": CASES == 80, "suppress_health_check": list(HealthCheck)}
 STEPS = 50
 #: Of the largest torque: static equilibrium, equation of motion.
 STATIC, NEWTON = 1e-3, 1e-8
@@ -196,18 +195,10 @@ def check(scene: Scene) -> None:
     accelerates_as_forces_ask(model, run)
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::UserWarning")  # of values drawn over many orders of magnitude
-@given(scenes())
-@QUICK
-def test_a_few_random_gearboxes(scene):
-    check(scene)
-
-
 @pytest.mark.filterwarnings("ignore::UserWarning")  # of values drawn over many orders of magnitude
 @pytest.mark.slow
 def test_many_random_gearboxes():
     OUTCOMES.clear()
-    given(scenes())(LONG(check))()
+    given(scenes())(settings(max_examples=CASES, **OPTIONS)(check))()
     print(*(f"{number:6d} {outcome}" for outcome, number in OUTCOMES.most_common()), sep="\n")
     assert OUTCOMES["run"] > 0.3 * OUTCOMES.total(), OUTCOMES
