@@ -59,9 +59,9 @@ COUPLED_LOAD = 0.3
 LEAST_CARRIED, UNCOUPLED = 0.05, 1e-9
 #: Loads of the states by which a law states its error, over the largest mesh force.
 CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
-#: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches
+#: Positions in a pitch of single tooth pairs and increments of spur and of helical gears, and of couplings; pitches
 #: beyond the ends of the path. Spur gears with linear reliefs need most.
-KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 64, 0.3
+KNOTS, HELICAL_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 64, 0.3
 #: Positions in a pitch beside kinks and ends of the path of spur gears, and how far [pitches]: a tip corner enters the
 #: contact within its width there.
 CLOSE_KNOTS, CLOSE = 128, 0.1
@@ -485,7 +485,8 @@ class IncrementSolver:
         with_teeth = _with_flanks(model.pair, *flanks)
         of_teeth = parts_of_path(with_teeth, float(model.offsets["a"].min()))
         of_teeth = np.concatenate([parts[:1], of_teeth[1:-1], parts[-1:]])
-        at = knots(of_teeth, INCREMENT_KNOTS if of_teeth.size == parts.size else KINKED_KNOTS)
+        even = HELICAL_KNOTS if model.pair.beta_b else KNOTS
+        at = knots(of_teeth, even if of_teeth.size == parts.size else KINKED_KNOTS)
         single = replace(self.nominal, forces=self.loads)
         if at.tobytes() not in self.without:
             self.without[at.tobytes()] = self._states(single, at, "tooth pairs without those of single teeth")
