@@ -91,6 +91,8 @@ PAIR = record_type(
 SMALL, STEPS = 0.1, 40
 #: Share of the penetration over which loads of two tooth pairs without increments change linearly to 1e-9.
 LINEAR = 3e-4
+#: What to try where it does not end.
+NOT_FOUND = "loads of unlike tooth pairs were not found; map more torques, or the whole law with fem.Pitches"
 #: Whole steps, which all but some states of light loads and unlike leads converge in; the others change between two
 #: states for ever, and take smaller and smaller shares from then on.
 WHOLE = 8.0
@@ -372,14 +374,15 @@ def hardly_moves(step, pair):
 
 @compiled
 def solve(teeth, single, block, lever, n, pairs):
-    """Find deflections of n tooth pairs that touch, by Newton's method."""
+    """Find deflections of n tooth pairs that touch, by Newton's method; RuntimeError where they are not found."""
     write_couplings(teeth, n, pairs)
     step(teeth, lever, n, 1.0, pairs)
     for i in range(STEPS):
         for p in range(n):
             write_load(teeth, single, block, lever, pairs[p])
         if step(teeth, lever, n, 1.0 if i < WHOLE else WHOLE / i, pairs):
-            break
+            return
+    raise RuntimeError(NOT_FOUND)
 
 
 @compiled

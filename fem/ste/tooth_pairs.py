@@ -23,6 +23,7 @@ from math import ceil, gcd, lcm, tan
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 
 from fem.contact.contact_slices import ContactSlices
@@ -53,11 +54,17 @@ LOADS = np.geomspace(0.002, 1.6, 14)
 INCREMENT_LOADS = np.geomspace(0.001, 1, 10)
 #: Load at which the line loads are taken that couple tooth pairs, over the largest mesh force.
 COUPLED_LOAD = 0.3
+#: Shares of the mesh force that both of two tooth pairs carry at least from whose contact a coupling follows, and by
+#: how much it deflects less than either alone [m].
+LEAST_CARRIED, UNCOUPLED = 0.05, 1e-9
 #: Loads of the states by which a law states its error, over the largest mesh force.
 CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
-#: Positions in a pitch of single tooth pairs of spur and of helical gears, of increments and of couplings; pitches
+#: Positions in a pitch of single tooth pairs and increments of spur and of helical gears, and of couplings; pitches
 #: beyond the ends of the path. Spur gears with linear reliefs need most.
-KNOTS, HELICAL_KNOTS, INCREMENT_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 16, 8, 0.3
+KNOTS, HELICAL_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 64, 0.3
+#: Positions in a pitch beside kinks and ends of the path of spur gears, and how far [pitches]: a tip corner enters the
+#: contact within its width there.
+CLOSE_KNOTS, CLOSE = 128, 0.1
 #: Positions in a pitch of increments with kinks of their own, as beside the edges of a spall.
 KINKED_KNOTS = 64
 #: Least length of a part of the path between kinks [pitches].
@@ -193,7 +200,7 @@ def tooth_pair_map(
     parts = within_reach(nominal, parts_of_path(alike, float(values["a"].min())))
     _check_missing(pair, float(parts[-1] - parts[0]))
     with shown(progress):
-        position = knots(parts, HELICAL_KNOTS if pair.beta_b else KNOTS)
+        position = knots(parts, HELICAL_KNOTS) if pair.beta_b else knots_close_to_kinks(parts)
         states = _solved(nominal, position, executor, "single tooth pairs")
         on_path = (position >= parts[1]) & (position <= parts[-2])
         states[0] = rising(states[0], on_path)
@@ -303,6 +310,17 @@ def knots(parts: np.ndarray, in_pitch: int) -> np.ndarray:
     return np.append(np.concatenate(inner), parts[-1])
 
 
+def knots_close_to_kinks(parts: np.ndarray) -> np.ndarray:
+    """`knots` of spur gears, which lie closer together beside ends of the path and kinks."""
+    at = parts[1:-1, None] + np.arange(-round(CLOSE * CLOSE_KNOTS), round(CLOSE * CLOSE_KNOTS) + 1) / CLOSE_KNOTS
+    even = knots(parts, KNOTS)
+    far = np.abs(even[:, None] - parts[1:-1]).min(axis=1) >= CLOSE
+    nearest = np.abs(at[..., None] - parts[1:-1]).argmin(axis=-1) == np.arange(len(at))[:, None]
+    close = at[nearest & (at > parts[0]) & (at < parts[-1])]
+    joined = np.sort(np.concatenate([even[far | np.isin(even, parts)], close]))
+    return joined[np.append(True, np.diff(joined) > SHORTEST_PART / 4)]
+
+
 def _solved(single: SinglePair, position: np.ndarray, executor: Executor | None, what: str) -> np.ndarray:
     """(3, n_force, n_a, n_misalignment, n_axial, n_position) `SinglePair.states`."""
     a, axial = single.model.offsets["a"], single.model.offsets["axial"]
@@ -327,7 +345,7 @@ def rising(te: np.ndarray, on_path: np.ndarray) -> np.ndarray:
 
 
 class CoupledLoads(NamedTuple):
-    """Slices of a tooth pair at a position, each (n,), and their loads of sum 1, and of sum 0 and moment 1 [1/m]."""
+    """Slices of a tooth pair at a position, each (n,), and their loads under the mesh force 1, and moment 1 [1/m]."""
 
     low: np.ndarray
     high: np.ndarray
@@ -344,7 +362,9 @@ def couplings(single: SinglePair, parts: np.ndarray, force: float) -> tuple[np.n
     step = 1 / COUPLING_KNOTS
     position = np.arange(np.floor(parts[0] / step), np.ceil(parts[-1] / step) + 1) * step
     a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
-    inner = np.clip(position, parts[1], parts[-2])
+    # at the corners where helical teeth touch beside the path, contacts are too narrow to carry moments
+    helical = bool(single.model.pair.beta_b)
+    inner = np.clip(position, *(parts[[1, -2]] if helical else parts[[0, -1]]))
     loads = [_coupled_loads(single.contact(single.at(a, axial, float(s))), COUPLED_LOAD * force) for s in inner]
     distances = min(ceil(parts[-1] - parts[0]), *(len(body.blocks) - 1 for body in single.bodies))
     values = np.zeros((len(KINDS), distances, position.size))
@@ -352,14 +372,55 @@ def couplings(single: SinglePair, parts: np.ndarray, force: float) -> tuple[np.n
         for n in range(1, distances + 1):
             ahead = loads[min(i + n * COUPLING_KNOTS, len(loads) - 1)]
             values[:, n - 1, i] = _coupling(single, a, axial, float(s), n, loads[i], ahead)
+    if helical:
+        return position, values
+    behind, ahead = _beside_path(single, parts, position, values[0, 0], force)
+    for n in range(distances):
+        values[:, n] *= behind * np.append(ahead[n * COUPLING_KNOTS :], np.ones(n * COUPLING_KNOTS))[: behind.size]
     return position, values
+
+
+def _beside_path(
+    single: SinglePair, parts: np.ndarray, position: np.ndarray, coupling: np.ndarray, force: float
+) -> np.ndarray:
+    """Factors (2, n) of couplings of tooth pairs before the path, and with those a pitch ahead that are behind it.
+
+    position, coupling      (n,) of a tooth pair [pitches], and its coupling with that ahead [m/N]
+
+    There a tip corner slides along the mate as the transmission error grows, whether its tooth deflects or others do:
+    deflections do not quite add. With these couplings two alike tooth pairs have the transmission error of their
+    contact under the largest mesh force.
+    """
+    a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
+    of_two, factor, whole = replace(single, forces=np.array([force])), np.ones((2, position.size)), np.sqrt(force)
+    aligned = int(np.abs(single.model.offsets["misalignment"]).argmin())
+    behind = (position >= parts[0]) & (position < parts[1]) & (position + 1 < parts[-2])
+    ahead = (position > parts[1]) & (position + 1 > parts[-2]) & (position + 1 <= parts[-1])
+    for i in np.flatnonzero(behind | ahead):
+        s = float(position[i])
+        te = float(of_two.of(replace(of_two.at(a, axial, s), candidates=range(2)))[0, 0, aligned])
+        solved = (single.states((a, axial, at))[0, :, aligned] for at in (s, s + 1))
+        first, second = (scipy.interpolate.CubicSpline(np.sqrt(single.forces), values) for values in solved)
+
+        def of_first(load, te=te, first=first):
+            return (te - first(np.sqrt(load))) / (force - load)
+
+        def too_much(load, te=te, second=second, of_first=of_first):
+            return second(np.sqrt(force - load)) + of_first(load) * load - te
+
+        loads = force * np.linspace(LEAST_CARRIED, 1 - LEAST_CARRIED, 50)
+        above = too_much(loads) > 0
+        if te < min(first(whole), second(whole)) - UNCOUPLED and above[0] != above[-1]:
+            factor[int(ahead[i]), i] = of_first(scipy.optimize.brentq(too_much, loads[0], loads[-1])) / coupling[i]
+    return factor
 
 
 def _coupled_loads(contact: ToothContact, force: float) -> CoupledLoads:
     slices, loads = contact.slice_loads(np.array([force]), np.zeros(1))
-    share, axial = loads.force[0] / loads.force[0].sum(), (slices.low + slices.high) / 2
-    arm = axial - share @ axial
-    spread = share @ arm**2
+    approach, axial = slices.closest.approach, (slices.low + slices.high) / 2
+    share = loads.force[0] / (approach @ loads.force[0])
+    arm = axial - (approach * share) @ axial
+    spread = (approach * share) @ arm**2
     return CoupledLoads(slices.low, slices.high, share, share * arm / spread if spread > 0 else 0 * share)
 
 
@@ -377,10 +438,9 @@ def _coupling(
     bodies = compiled_compliance(wheel[0], 0.0, numbers), compiled_compliance(wheel[1], 0.0, range(-distance, 1))
     line_load = COUPLED_LOAD * single.forces[-1] / place.pair.b
     compliance = compliance_at(slices, DEPTH * pinion.m_n, line_load, bodies, contact.face)
-    n, inclined = behind.low.size, contact.slicing.mesh.geometry.position["inclined"]
-    scale = contact.face.share / inclined**2
+    n, share = behind.low.size, contact.face.share
     return [
-        scale * float(getattr(behind, first) @ compliance[:n, n:] @ getattr(ahead, second)) for first, second in KINDS
+        share * float(getattr(behind, first) @ compliance[:n, n:] @ getattr(ahead, second)) for first, second in KINDS
     ]
 
 
@@ -425,7 +485,8 @@ class IncrementSolver:
         with_teeth = _with_flanks(model.pair, *flanks)
         of_teeth = parts_of_path(with_teeth, float(model.offsets["a"].min()))
         of_teeth = np.concatenate([parts[:1], of_teeth[1:-1], parts[-1:]])
-        at = knots(of_teeth, INCREMENT_KNOTS if of_teeth.size == parts.size else KINKED_KNOTS)
+        even = HELICAL_KNOTS if model.pair.beta_b else KNOTS
+        at = knots(of_teeth, even if of_teeth.size == parts.size else KINKED_KNOTS)
         single = replace(self.nominal, forces=self.loads)
         if at.tobytes() not in self.without:
             self.without[at.tobytes()] = self._states(single, at, "tooth pairs without those of single teeth")

@@ -84,7 +84,62 @@ def test_pitch_deviations_of_both_gears_agree_with_the_whole_map(beta):
     pair = small_pair(random_pitch(12, 1), random_pitch(13, 2), beta)
     added, error = added_and_error(pair, small_pair(beta=beta), phases_of(156, 12))
     assert (rms(error) < 0.01 * rms(added)).all()
-    assert (np.abs(error).max(axis=1) < 0.015 * np.abs(added).max(axis=1)).all()
+    assert (np.abs(error).max(axis=1) < 0.01 * np.abs(added).max(axis=1)).all()
+
+
+def spur_23_47(flank=(), pinion=()) -> fem.GearPair:
+    sizes = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 25 * mm}
+    return fem.GearPair(fem.Gear(z=23, flank=(*flank, *pinion), **sizes), fem.Gear(z=47, flank=flank, **sizes))
+
+
+def test_a_tooth_pair_that_a_large_load_brings_into_contact_beside_the_path_is_composed_within_20_nm():
+    """Its corner touches at a normal approach below 1, and slides as the others deflect: without, 80 to 170 nm."""
+    pair = spur_23_47(pinion=(fem.PitchDeviation([0.0] * 23),))
+    law = MeshForce.from_tooth_pairs(fem.tooth_pair_map(pair, 300.0, checks=0, progress=False), backlash=0.3 * mm)
+    phase = np.array([0.04, 0.06, 0.08, 0.78, 0.84, 0.88, 0.91])
+    te = fem.static_transmission_error(spur_23_47(), 300.0, phase, progress=False)["te"].values[0]
+    by_law = np.array([law.deflection_at(at, 300.0 / pair.pinion.r_b) for at in phase])
+    assert np.abs(by_law - te).max() < 0.02 * um
+
+
+@pytest.mark.slow
+def test_forces_of_unlike_teeth_that_touch_beside_the_path_grow_with_the_deflection():
+    """Profiles of relieved teeth: increments at light loads fell more than these deflect, forces jumped."""
+    crowned = tuple(fem.OnTooth(i, fem.ProfileCrowning(float(x) * um)) for i, x in ((1, 7.6), (2, 1.1), (7, 3.3)))
+    pair = spur_23_47((fem.TipRelief(15 * um, 2 * mm),), crowned)
+    law = MeshForce.from_tooth_pairs(fem.tooth_pair_map(pair, 300.0, checks=0, progress=False), backlash=0.3 * mm)
+    for phase in (16.823, 21.039, 21.967, 15.8):
+        force = np.array([float(law(phase, law.unloaded(phase)[0] + x * um)) for x in np.linspace(0.05, 50, 200)])
+        rise = np.diff(force)
+        assert rise.min() > 0 and rise.max() < 5 * np.median(rise)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flank", [(), (fem.TipRelief(15 * um, 2 * mm),)], ids=["plain", "relieved"])
+@pytest.mark.parametrize("share", [1.0, 0.1], ids=["whole", "a tenth"])
+def test_largest_errors_of_pitch_deviations_of_spur_gears(flank, share):
+    """From 1 to 100 % torque, three tooth pairs in contact included."""
+    alike, torque = spur_23_47(flank), 300.0 * np.array([0.01, 0.05, 0.2, 0.5, 1.0])
+    gears = (
+        replace(gear, flank=(*flank, fem.PitchDeviation(share * values)))
+        for gear, values in ((alike.pinion, random_pitch(23, 1).values), (alike.wheel, random_pitch(47, 2).values))
+        for values in (np.array(values),)
+    )
+    pair, given = fem.GearPair(*gears), {"progress": False}
+    law, plain_law = (
+        MeshForce.from_tooth_pairs(fem.tooth_pair_map(x, 300.0, checks=0, **given), backlash=0.3 * mm)
+        for x in (pair, alike)
+    )
+    phase = phases_of(1081, 100, seed=7)
+    order = np.argsort(phase % 1)
+    plain = np.empty((torque.size, phase.size))
+    plain[:, order] = fem.static_transmission_error(alike, torque, np.sort(phase % 1), **given)["te"].values
+    added = fem.static_transmission_error(pair, torque, phase, **given)["te"].values - plain
+    loads = torque / pair.pinion.r_b
+    by_law = [[law.deflection_at(at, x) - plain_law.deflection_at(at, x) for at in phase] for x in loads]
+    error = np.abs(np.array(by_law) - added).max(axis=1)
+    assert (rms(np.array(by_law) - added) < 0.005 * rms(added)).all()
+    assert (error < np.maximum(0.01 * np.abs(added).max(axis=1), 0.03 * um)).all()
 
 
 def test_a_law_states_its_error_against_contacts_solved_whole():
@@ -398,9 +453,9 @@ def test_spalls_among_more_than_64_pairs_of_unlike_teeth_are_solved():
 def test_a_law_that_errs_by_much_of_what_deviations_add_is_told():
     pairs = pairs_of(small_pair(random_pitch(12, 1)), checks=3)
     false = pairs.assign(te_check=pairs["te_check"] + 0.5 * um)
-    with pytest.warns(UserWarning, match=r"errs by 0.49 um rms, where deviations add .* um, in 9 states.*map of all"):
+    with pytest.warns(UserWarning, match=r"errs by 0.5 um rms, where deviations add .* um, in 9 states.*map of all"):
         MeshForce.from_tooth_pairs(false, backlash=0.3 * mm)
     earlier = false.drop_vars("te_alike")
-    with pytest.warns(UserWarning, match=r"errs by 0.49 um rms, what deviations add is not in the map.*tooth_pair_map"):
+    with pytest.warns(UserWarning, match=r"errs by 0.5 um rms, what deviations add is not in the map.*tooth_pair_map"):
         law = MeshForce.from_tooth_pairs(earlier, backlash=0.3 * mm)
     assert "the map lacks what deviations add" in str(exugear.plan(box_of(law, small_pair(random_pitch(12, 1)))))
