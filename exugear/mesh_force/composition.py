@@ -91,11 +91,11 @@ PAIR = record_type(
 SMALL, STEPS = 0.1, 40
 #: Share of the penetration over which loads of two tooth pairs without increments change linearly to 1e-9.
 LINEAR = 3e-4
-#: What to try where it does not end.
-NOT_FOUND = "loads of unlike tooth pairs were not found; map more torques, or the whole law with fem.Pitches"
 #: Whole steps, which all but some states of light loads and unlike leads converge in; the others change between two
 #: states for ever, and take smaller and smaller shares from then on.
 WHOLE = 8.0
+#: What to try where it does not end.
+NOT_FOUND = "deflections of unlike tooth pairs were not found; map more torques, or the phases of all pitches instead"
 #: Least penetration of which that share is taken, over the largest one.
 LIGHT = 1e-3
 #: A step of Newton's method that would part a tooth pair with increments leaves it the first share of its penetration,
