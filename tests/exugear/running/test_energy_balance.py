@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import paper_gear, paper_pair, rectangular_law, smooth_box
+from scenes import paper_gear, paper_pair, rectangular_law, smooth_box, smooth_law
 from spatial_meshes import two_helical_stages
 
 import exugear
@@ -80,9 +80,7 @@ def test_energy_balance_of_a_free_train_under_torques_closes():
 
 def test_damping_of_the_mesh_is_paid_by_the_drive():
     """The former law's drive does not pay for it, as it bears no torque dU/dphase."""
-    law = {
-        c: exugear.MeshForce.from_ste(smooth_box().stages[0].mesh, damping=2700.0, conserves=c) for c in (True, False)
-    }
+    law = {c: smooth_law(damping=2700.0, conserves=c) for c in (True, False)}
     paid = {}
     for conserves, force in law.items():
         shafts = [exugear.Shaft(name, {30 * mm: paper_gear()}) for name in ("fast", "slow")]

@@ -200,6 +200,7 @@ def modes_agree(scene: Scene) -> None:
     On gears of one width: the face ends of a narrow steel gear press into a wide plastic one, which slices and strips
     resolve differently (te 3 to 5 % apart where the plastic gear is four times wider). Both modes converge with the
     slices: a light load on a steel and a plastic gear, helix 30 deg, is 2.7 % apart with 16 and 0.02 % with 64.
+    Narrow gears of 65/148 teeth that deflect by 0.097 modules are 2.3 % apart, as their tips' corners carry much.
     """
     even = of_pair(plain(scene), lambda gear: replace(gear, b=scene.pair.b))
     phases = [replace(even, axial=0.0, slices=32, phase=i / 4) for i in range(4)]
@@ -219,15 +220,11 @@ CHECKS = (
 )
 
 
-def check_all(scene: Scene, checks) -> None:
-    for check in checks:
-        check(scene)
-
-
 @given(scenes())
 @FAST
 def test_invariants_of_a_few_pairs(scene):
-    check_all(scene, CHECKS)
+    for check in CHECKS:
+        check(scene)
 
 
 @pytest.mark.slow
@@ -236,4 +233,5 @@ def test_invariants_of_a_few_pairs(scene):
 @MANY
 def test_invariants_of_many_pairs(part, scene):
     """Each part draws other pairs."""
-    check_all(scene, (*CHECKS, sizes_and_stiffness_scale))
+    for check in (*CHECKS, sizes_and_stiffness_scale):
+        check(scene)
