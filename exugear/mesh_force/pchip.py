@@ -71,7 +71,7 @@ def monotone_slopes(x, y):
         h[k] = x[k + 1] - x[k]
         m[k] = (y[k + 1] - y[k]) / h[k]
     if n == 2:
-        d[:] = m[0]
+        d[0] = d[1] = m[0]
         return d
     for k in range(1, n - 1):
         if m[k - 1] * m[k] > 0.0:
@@ -82,20 +82,10 @@ def monotone_slopes(x, y):
     return d
 
 
-@kept
-def monotone_cubics(x, y, first, at):
-    """Values and slopes (n, m) of `monotone_cubic` through rows of x, y (n, ...), each from its column first (n,)."""
-    values = np.empty((first.size, at.size))
-    slopes = np.empty_like(values)
-    for i in range(first.size):
-        values[i], slopes[i] = monotone_cubic(x[i, first[i] :], y[i, first[i] :], at)
-    return values, slopes
-
-
-@kept
-def monotone_cubic(x, y, at):
-    """Values and slopes (m,) at increasing at (m,) within increasing x (n,) of the monotone curve through y (n,)."""
-    d, values, slopes, i = monotone_slopes(x, y), np.empty(at.size), np.empty(at.size), 0
+@compiled
+def write_monotone_cubic(x, y, at, values, slopes):
+    """Write values and slopes (m,) of a monotone curve through x, y (n,) at increasing at (m,) within increasing x."""
+    d, i = monotone_slopes(x, y), 0
     for j in range(at.size):
         while i < x.size - 2 and x[i + 1] < at[j]:
             i += 1
@@ -103,6 +93,17 @@ def monotone_cubic(x, y, at):
         t = (at[j] - x[i]) / h
         values[j] = hermite(t, y[i], h * d[i], y[i + 1], h * d[i + 1])
         slopes[j] = hermite_slope(t, y[i], h * d[i], y[i + 1], h * d[i + 1]) / h
+
+
+@kept
+def monotone_cubics(x, y, first, at):
+    """Values and slopes (k, m) at increasing at (m,) of monotone curves through rows of x, y (k, n), which increase.
+
+    first   (k,) column in which each curve begins
+    """
+    values, slopes = np.empty((first.size, at.size)), np.empty((first.size, at.size))
+    for i in range(first.size):
+        write_monotone_cubic(x[i, first[i] :], y[i, first[i] :], at, values[i], slopes[i])
     return values, slopes
 
 
