@@ -34,6 +34,8 @@ def smooth_law(**options: float) -> exugear.MeshForce:
 
 def smooth_stage(fast: exugear.Shaft, slow: exugear.Shaft, **options) -> exugear.Stage:
     """A stage of the paper's pair with that law, and the options of a stage."""
+    if "damping_ratio" in options:
+        return exugear.Stage(fast, slow, smooth_map(), **options)
     of_law = {name: options.pop(name) for name in ("damping", "damping_ramp", "backlash") if name in options}
     return exugear.Stage(fast, slow, smooth_law(**of_law), pair=paper_pair(), **options)
 

@@ -103,7 +103,7 @@ def dte_of_idler(beta: float, idler: float, times: np.ndarray) -> np.ndarray:
     for i, (z, angle) in enumerate(((54, 0.0), (60, 40 * deg))):
         pair = fem.GearPair(*(a, b, c)[i : i + 2], a=z * mm / np.cos(beta) + 0.1 * mm)
         at = fem.Offsets(axial=idler)
-        options = {"resolution": fem.Slices(fem.Density().scaled(0.5)), "progress": False, "offsets": at}
+        options = {"resolution": fem.Slices(), "progress": False, "offsets": at}
         ste = fem.static_transmission_error(pair, [0, 5, 20, 60, 150, 400], 16, **options)
         stages.append(Stage(*shafts[i : i + 2], ste, damping_ratio=0.1, angle=angle))
     model = exugear.build(Gearbox(stages))
