@@ -171,6 +171,19 @@ def test_no_module_asks_for_the_system_with_drive_and_load():
     assert not asking
 
 
+def test_no_draws_are_shared_between_tests():
+    """Else what a test draws depends on the tests before it, which are others in half of the tests."""
+    shared = {
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in (ROOT / "tests").rglob("*.py")
+        for node in tree(path).body
+        if isinstance(node, ast.Assign)
+        and isinstance(node.value, ast.Call)
+        and ast.unparse(node.value.func).startswith("np.random.")
+    }
+    assert not shared
+
+
 def test_top_level_holds_nothing_else():
     if not (ROOT / ".git").exists():
         pytest.skip("not a git checkout")

@@ -9,7 +9,6 @@ from scipy.special import jv
 import exugear
 
 Z, TURNS = 23, 60
-RNG = np.random.default_rng(1)
 
 
 def sampled(values, *, turns=TURNS, speed=2 * np.pi * 20, **about):
@@ -36,7 +35,7 @@ def test_the_average_of_what_repeats_is_what_repeats():
 
 
 def test_noise_falls_with_the_root_of_the_number_of_turns():
-    noise = RNG.normal(size=400 * TURNS + 1)
+    noise = np.random.default_rng(1).normal(size=400 * TURNS + 1)
     averages = [average_of(lambda x: noise, turns=turns) for turns in (1, 4, 16)]
     rms = [float(np.sqrt((x**2).mean())) for x in averages]
     assert rms[0] / rms[1] == pytest.approx(2, rel=0.1)
@@ -94,7 +93,11 @@ def test_rounding_has_no_shape_and_harmonics_that_are_missing_no_side_bands():
 
 def test_noise_is_normal_and_impulses_are_not():
     """FM4 and NA4 of normal noise are 3, M6A 15; an impact a turn raises them, the mesh and its run-out do not."""
-    noise, impact = 0.3 * RNG.normal(size=400 * TURNS + 1), lambda x: np.exp(-(((x - 2.0) % (2 * np.pi)) / 0.05))
+    noise = 0.3 * np.random.default_rng(1).normal(size=400 * TURNS + 1)
+
+    def impact(x):
+        return np.exp(-(((x - 2.0) % (2 * np.pi)) / 0.05))
+
     regular = lambda x: mesh(x) + 0.2 * np.cos(x) + noise  # noqa: E731
     sound, damaged = (
         exugear.condition_indicators(average_of(values, turns=10), [Z])
@@ -157,7 +160,8 @@ def test_impacts_repeat_at_the_order_of_the_damaged_gear_as_the_speed_changes():
     turned = 15 * time + 2.5 * time**2
     impacts = np.diff(np.floor(3.57 * turned), prepend=0.0)
     ring = np.exp(-1500 * time[:200]) * np.sin(2 * np.pi * 4000 * time[:200])
-    values = np.convolve(impacts, ring)[: time.size] + 0.05 * RNG.normal(size=time.size)
+    noise = np.random.default_rng(1).normal(size=time.size)
+    values = np.convolve(impacts, ring)[: time.size] + 0.05 * noise
     lines = exugear.envelope_spectrum(
         exugear.recorded_signal(time, speed, values), [3000.0, 5000.0], highest_order=12, revolutions=20
     )

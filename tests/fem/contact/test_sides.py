@@ -10,13 +10,13 @@ from fem import Density
 from fem.units import deg, mm, um
 
 ROUGH = fem.Resolution(Density(flank=8, fillet=1, tooth=2, rim=1, body=2, width=1), 60)
-RNG = np.random.default_rng(3)
 LEFT = fem.TipRelief(12 * um, 1.2 * mm), fem.HelixSlope(6 * um)
 RIGHT = fem.ProfileCrowning(5 * um), fem.LeadCrowning(4 * um), fem.HelixSlope(-3 * um)
 
 
 def gear(z: int, beta: float, x: float, **flank) -> fem.Gear:
-    deviations = {side: fem.PitchDeviation(RNG.uniform(0, 8 * um, z)) for side in flank}
+    random = np.random.default_rng(z)
+    deviations = {side: fem.PitchDeviation(random.uniform(0, 8 * um, z)) for side in flank}
     sides = fem.Sides(**{side: (*parts, deviations[side]) for side, parts in flank.items()})
     return fem.Gear(z=z, m_n=2 * mm, b=12 * mm, d_bore=15 * mm, beta=beta, x=x, flank=sides)
 
