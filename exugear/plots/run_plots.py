@@ -26,7 +26,7 @@ DASHES = "-", "--", ":"
 CLOSE, ROW = 0.03, 42
 #: Mesh cycles up to which a force is a curve over time, beyond which it is a band; number of windows of the band.
 SHOWN_CYCLES, WINDOWS = 60, 280
-#: Half the range of the axes of an orbit that is rounding alone [µm].
+#: Half the least range of the axes of an orbit that is rounding alone [µm].
 STILL = 1.0
 #: Largest deviation of the mesh force, over its mean, that is shown without 0; least range of the axis over the mean.
 NEAR_PARTING, LEAST_RANGE = 0.5, 0.01
@@ -148,18 +148,19 @@ def plot_orbit(
     ax, motion = axes_or_new(ax), in_window(motion, _last_turn(motion) if window is None else window)
     quantity, unit, symbol = ORBITS[motion.attrs["units"]]
     x, y = motion.sel(bearing=name, direction=["x", "y"]).transpose("direction", "time").values / unit
-    ax.plot(x, y, **merged(style, color=EDGE, linewidth=1.0, label=name))
+    still = stands_still(motion.sel(bearing=name))
+    label = f"{name}, which does not move" if still else name
+    ax.plot(x, y, **merged(style, color=EDGE, linewidth=1.0, label=label))
     ax.plot(x.mean(), y.mean(), "+", color=MARK, markersize=11, markeredgewidth=1.6, label="mean")
     along = {"pin": ("along the pin's radius", "across it")}.get(str(run.attrs.get("frame")) if is_of_member else "")
     along_x, along_y = along or ("along x", "along y")
     ax.set(xlabel=f"{quantity} {along_x} [{symbol}]", ylabel=f"{quantity} {along_y} [{symbol}]")
     if is_of_member and run.attrs["frame"] not in ("pin", "housing"):
         ax.set_title(f"in the frame of {run.attrs['frame']}")
-    still = stands_still(motion.sel(bearing=name))
     if still:
-        ax.text(0.0, STILL / 2, f"{name} does not move", ha="center")
-        ax.set(xlim=(-STILL, STILL), ylim=(-STILL, STILL))
-    ax.set_aspect("equal", adjustable="box" if still else "datalim")
+        ax.update_datalim([(-STILL, -STILL), (STILL, STILL)])
+        ax.autoscale_view()
+    ax.set_aspect("equal", adjustable="datalim")
     legend(ax)
     return ax
 
