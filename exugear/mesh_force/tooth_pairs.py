@@ -337,13 +337,13 @@ def _rising_beside_path(data: xr.Dataset, values: np.ndarray, axes: list[str]) -
     """Increments (*axes, n_variant, n, n_load) with which tooth pairs beside the path of contact deflect more the more
     they carry, of spur gears: contacts along tip corners are solved to some 10 nm, more than light loads deflect them.
     """
-    parts, place = np.asarray(data.attrs["parts"], float), data["increment_position"].values
+    parts, position = np.asarray(data.attrs["parts"], float), data["increment_position"].values
     te, stiffness = (data[name].transpose(TORQUE, *axes, "position").values for name in (TE, STIFFNESS))
     loads, of_increments = (data[name].values[1:] for name in (TORQUE, "increment_torque"))
     r_b = pair_of(data).pinion.r_b
     alone = deflection_under(loads / r_b, te[1:] - te[0], of_increments / r_b, stiffness[1:])
-    alone = over_parts(data["position"].values, np.moveaxis(alone, -1, 0), parts, place)
-    beside = (place < parts[1]) | (place > parts[-2])
+    alone = over_parts(data["position"].values, np.moveaxis(alone, -1, 0), parts, position)
+    beside = (position < parts[1]) | (position > parts[-2])
     # (*axes, 1, n, n_load)
     alone = np.moveaxis(alone, (0, 1), (-2, -1))[..., None, :, :]
     growth = np.diff(np.concatenate([0 * alone[..., :1], alone], axis=-1), axis=-1)

@@ -160,8 +160,8 @@ def _check_housing(model: Model, on_bearings: Sequence[str]) -> None:
     if box.housing is None:
         return
     seen, remedy = "seen from a turning carrier", "take exugear.run, or modes at speed=0"
-    own = f"housing must yield without coordinates of its own, which turn {seen}, got {model.plan.housing}"
-    require(model.seats is None, f"{own}; leave out mass= and take linear bearings on its seats, or {remedy}")
+    alone = f"housing must be a stiffness alone, as its coordinates turn {seen}, got {model.plan.housing}"
+    require(model.seats is None, f"{alone}; leave out mass= and take linear bearings on its seats, or {remedy}")
     members = [name for name in on_bearings if name not in box.planets]
     stiffness = seat_coupling(box.housing, box.shafts, members).stiffness
     turn = np.kron(np.eye(len(stiffness) // 3), by_angles((0.0, 0.0, 1.0, 0.0)))

@@ -128,7 +128,7 @@ def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1, angle: F
     along the axis show the axial displacement of the gears, arrows to the right their rotation times the reference
     radius, of a carrier times that of the orbit of its planets; the rotation of a rotor behind a coupling is multiplied
     by the largest radius on its shaft. All have the same scale, in which the largest is half the largest radius. Many
-    shafts stand in rows below each other, of which z is told at each.
+    shafts stand in rows below each other, each with its z axis.
     Of a hand-built system base circles, with a spoke that shows the rotation, are grey at rest; a body without a gear
     has a dotted spoke.
     """
@@ -174,7 +174,7 @@ def _draw_shafts(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]
 class Layout(NamedTuple):
     """Where shafts stand in the picture of a mode, in rows of equal height.
 
-    corners     (horizontal position, distance of its row below the first one) of each shaft [mm]
+    corners     (horizontal position, depth of its row below the first row) of each shaft [mm]
     low, high   axial positions between which all is drawn [m]
     """
 
@@ -184,7 +184,7 @@ class Layout(NamedTuple):
 
     @property
     def belows(self) -> list[float]:
-        """Distances of the rows below the first one [mm]."""
+        """Depths of the rows below the first row [mm]."""
         return sorted({below for _, below in self.corners})
 
     @property
@@ -326,7 +326,7 @@ def _shaft(data: xr.Dataset, name: str) -> Shaft:
 
 
 def _draw_shaft(ax: Axes, shaft: Shaft, position: float, below: float, scale: float, style: dict[str, Any]) -> None:
-    """A shaft at a position in a row that lies below the first one [mm], its displacements enlarged by a scale."""
+    """A shaft at a position in a row that lies below the first row [mm], its displacements enlarged by a scale."""
     ax.plot([position, position], shaft.ends / mm - below, color=AT_REST, linewidth=2.0)
     for axial, radius, width in shaft.gears:
         _draw_box(ax, position, axial / mm - below, width, radius)
