@@ -59,6 +59,7 @@ class TreeLibrary(JITCodeLibrary):
         """Optimize the whole tree and make machine code of it."""
         self._raise_if_finalized()
         self._codegen._check_llvm_bugs()
+        self._shared_module = None  # that of this function alone, which would be linked to further trees
         self._link_callees(self._final_module)
         self._optimize_final_module()
         self._final_module.verify()

@@ -85,6 +85,17 @@ def test_only_the_root_of_a_call_tree_becomes_machine_code():
         assert root.overloads[root.signatures[0]].library._finalized
 
 
+def test_a_callee_that_became_machine_code_brings_its_callees_into_further_trees():
+    largest = callee(lambda x: max(doubled(x), 1.0))
+    first, second = njit(lambda x: largest(x)), njit(lambda x: largest(x) + 1.0)
+    with whole_call_tree():
+        assert first(2.0) == 4.0
+    (overload,) = largest.overloads.values()
+    assert overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name)
+    with whole_call_tree():
+        assert second(2.0) == 5.0
+
+
 def test_divisions_by_zero_follow_each_functions_own_rule():
     assert compiled_root()(np.zeros(1)) == np.inf
     with pytest.raises(ZeroDivisionError):
