@@ -20,10 +20,11 @@ GAUSS = np.stack(np.polynomial.legendre.leggauss(3), axis=1)
 MIDDLE = np.array([[0.0, 2.0]])
 #: Newton steps to the mate's tip corner; they end with a step shorter than this share of the roll length at the tip.
 NEWTON_STEPS, SHORTEST = 12, 1e-8
-#: Gap of flanks that cannot touch [m]; least lever of a normal about the mate: normals of contacts have longer ones.
-OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
-#: Angle between a flank and the line of action beyond which it is out of reach, before the gear has turned once.
-TURNED_AWAY = pi / 2
+#: Gap of flanks that cannot touch [m].
+OUT_OF_REACH = 1.0
+#: Angle between a flank and the line of action beyond which it is out of reach, before the gear has turned once; least
+#: cosine of the angle between the normals of both flanks in Newton's steps: flanks that touch face one another.
+TURNED_AWAY, LEAST_FACING = pi / 2, 0.1
 #: Numba's type of sections of a flank.
 FLANK_SECTIONS = types.NamedTuple((types.int64[::1], types.float64[::1], types.float64[::1]), FlankSections)
 
@@ -58,7 +59,7 @@ def sections_of(mesh, number, low, high, te):
         at.nominal = (position.length - roll if at.host else roll) + te[i] / 2
         at.mate_nominal, at.mate_tip = position.length - at.nominal + te[i], mate.roll_tip
         at.set_back, at.mate_set_back = _set_back(mesh, at.host, at.number), _set_back(mesh, 1 - at.host, at.number)
-        nearest = min(to_mate_frame(mesh, at, at.form)[2], to_mate_frame(mesh, at, at.tip)[2])
+        nearest = min(foot_at(mesh, at, at.form), foot_at(mesh, at, at.tip)) - at.mate_set_back
         host_angle = max(at.form - at.nominal, at.nominal - at.tip) / abs(at.r_host)
         mate_least = 0.0 if at.r_mate > 0 else mate.roll_form
         mate_angle = max(mate_least - at.mate_nominal, at.mate_nominal - at.mate_tip) / abs(at.r_mate)
@@ -84,38 +85,46 @@ def _add_removed(mesh, gear, role, factor, sections, roll, removed):
 
 @unchecked
 def to_mate_frame(mesh, at, roll):
-    """The host's point at a roll length from the mate's centre (x, y) [m], the mate's roll length [m], the lever.
+    """The host's point at a roll length from the mate's centre (x, y) [m], and the mate's roll length there [m].
 
     Pitch deviations shorten roll lengths: `roll` is given before, the mate's is that after it.
-    The lever is that of the host's normal about the mate's centre over the mate's base radius.
     """
     angle = -mesh.position.alpha - (roll - at.nominal) / at.r_host
     n_x, n_y, shortened = -sin(angle), cos(angle), roll - at.set_back
     x, y = mesh.position.a - at.r_host * n_y - shortened * n_x, at.r_host * n_x - shortened * n_y
-    mate_roll = copysign(sqrt(max(x * x + y * y - at.r_mate * at.r_mate, 0.0)), at.r_mate)
-    return x, y, mate_roll, max((mesh.position.a * n_y - at.r_host) / at.r_mate, LEAST_LEVER)
+    return x, y, copysign(sqrt(max(x * x + y * y - at.r_mate * at.r_mate, 0.0)), at.r_mate)
 
 
 @unchecked
 def turn_to_contact(mesh, at, roll):
     """Turn of the mate until it touches the host at a roll length, on the mate's base circle [m].
 
-    Also the mate's roll length there [m], and the lever of `to_mate_frame`.
+    Also the mate's roll length there [m]. By this turn the mate's involute moves along its normal.
     """
-    x, y, mate_roll, lever = to_mate_frame(mesh, at, roll)
+    x, y, mate_roll = to_mate_frame(mesh, at, roll)
     turn = atan2(y * at.r_mate - x * mate_roll, x * at.r_mate + y * mate_roll) + mesh.position.alpha
     mate_roll += at.mate_set_back
-    return at.r_mate * turn + mate_roll - at.mate_nominal, mate_roll, lever
+    return at.r_mate * turn + mate_roll - at.mate_nominal, mate_roll
+
+
+@unchecked
+def foot_at(mesh, at, roll):
+    """The mate's roll length [m] where its normal, not turned, meets the host at a roll length [m]."""
+    turn, met = turn_to_contact(mesh, at, roll)
+    return met - turn
 
 
 @unchecked
 def opposing_roll(mesh, at, mate_roll):
-    """Roll length of the host whose normal meets the mate at a roll length [m], within its flank."""
+    """Roll length of the host that the mate's normal at a roll length [m] meets, within the host's flank."""
     roll = min(max(at.nominal, at.form), at.tip)
     least, largest = min(at.form**2, at.tip**2), max(at.form**2, at.tip**2)
     for _ in range(NEWTON_STEPS):
-        _, _, met, lever = to_mate_frame(mesh, at, roll)
-        square = roll * roll + (met * met - mate_roll * mate_roll) * at.r_host / (lever * at.r_mate)
+        turn, met = turn_to_contact(mesh, at, roll)
+        foot = met - turn
+        facing = max(cos(between_normals(at, roll, foot)), LEAST_FACING)
+        beyond, met = foot - at.mate_set_back - mate_roll, met - at.mate_set_back
+        square = roll * roll + 2 * met * beyond * at.r_host / (facing * at.r_mate)
         last, roll = roll, copysign(sqrt(min(max(square, least), largest)), at.r_host)
         if abs(roll - last) < SHORTEST * abs(at.tip):
             break
@@ -130,21 +139,19 @@ def first_roll(mesh, at):
 
 @unchecked
 def write_gaps(mesh, sections, roll, gap, foot):
-    """Write normal gaps under te, and the mate's roll lengths on the host's normals, at the host's roll lengths (n, m).
+    """Write normal gaps under te, and the mate's roll lengths on its normals to the host's roll lengths (n, m).
 
-    The normal gap of an involute is its free turn; a corner moves along the host's normal by the lever. The mate's
-    roll length lies beyond its tip where its corner is closest.
+    Loaded teeth meet along the normals of the mate, whose involute moves along them by its turn, as its corner does.
     """
     n, m = roll.shape
     on_gears = np.empty((2, n, m))
     for i in range(n):
         at = sections[i]
         for k in range(m):
-            turn, met, lever = turn_to_contact(mesh, at, roll[i, k])
+            turn, met = turn_to_contact(mesh, at, roll[i, k])
             foot[i, k] = met - turn
-            smooth = foot[i, k] < at.mate_tip + at.mate_set_back
-            on_gears[at.host, i, k], on_gears[1 - at.host, i, k] = roll[i, k], foot[i, k] if smooth else met
-            gap[i, k] = mesh.position.inclined * (1.0 if smooth else lever) * turn
+            on_gears[at.host, i, k], on_gears[1 - at.host, i, k] = roll[i, k], foot[i, k]
+            gap[i, k] = mesh.position.inclined * turn
     if mesh.position.modified:
         _add_material(mesh, sections, on_gears, gap)
     for i in range(n):

@@ -10,7 +10,7 @@ from paper_gears import paper_gear, paper_pair
 from whole_section import FACES
 
 import fem
-from fem.contact.flank_gap import between_normals, first_roll, sections_of, turn_to_contact, write_gaps
+from fem.contact.flank_gap import between_normals, first_roll, foot_at, sections_of, write_gaps
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import CAPACITY, StripContact, local_compliance
 from fem.elasticity.half_space import along_line
@@ -141,7 +141,7 @@ def test_gaps_of_strips_are_means_over_them(flank):
 
 
 @pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])
-def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
+def test_strips_end_where_the_normal_at_the_mates_tip_corner_meets_the_flank(z, x, beta):
     data = {"m_n": 2 * mm, "b": 20 * mm, "d_bore": 10 * mm, "x": x}
     pair = fem.GearPair(fem.Gear(z=z[0], beta=beta, **data), fem.Gear(z=z[1], beta=-beta, **data))
     for phase in (0.0, 0.3, 0.7):
@@ -150,8 +150,8 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
         mesh = single_slice(pair, phase).mesh.geometry
         sections = sections_of(mesh, number, low, low + 1 * mm, np.full(low.size, 20 * um))
         start = np.array([first_roll(mesh, at) for at in sections])
-        beyond = np.array([turn_to_contact(mesh, *point)[1] for point in zip(sections, start, strict=True)])
-        beyond, meet = beyond - sections["mate_tip"], ~sections["out_of_reach"]
+        foot = np.array([foot_at(mesh, *point) for point in zip(sections, start, strict=True)])
+        beyond, meet = foot - sections["mate_tip"], ~sections["out_of_reach"]
         cut = meet & (start > sections["form"] * (1 + 1e-12))
         assert cut.any()
         assert beyond[cut] == pytest.approx(0, abs=1e-12 * pair.a)
