@@ -84,24 +84,23 @@ class ContactSlices:
         """Where the flanks are closest."""
         return Closest(*closest_in(self.mesh, self.number, self.low, self.high, self.te))
 
-    def loaded_arcs(self, line_load: float) -> tuple[np.ndarray, np.ndarray]:
-        """Arc lengths on pinion and wheel of the middle of a line load [N/m], up to the mate's tip [m], and its tilts.
+    def arcs_at(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Arc lengths on pinion and wheel of points beside where the flanks are closest [m], and tilts there [rad].
 
-        It is where the flanks are closest, but beside a tip corner that ends the contact (`line_contact`). There the
-        force, along the normal of the host, is tilted from that of the mate. Both (2, n).
+        At a tip corner that ends the contact the force, along the normal of the host, is tilted from that of the mate.
+        Arc lengths and tilts (2, n, m), the mate's from its tip on.
+
+        distance    (n, m) distances of the points along the profile away from the mate's tip [m]
         """
         gears, host = self.mesh.geometry.gears, np.where(self.pinion_is_host, 0, 1)
-        mate_roll, half_width = (
-            np.minimum(self.closest.foot, gears["roll_tip"][1 - host]),
-            self.half_width(np.array(line_load)),
-        )
-        shift = half_width * beside_corner(self.closest.from_edge / half_width)
-        inclined = cos(self.position.pair.beta_b)
-        tilt = inclined * np.maximum(shift - np.minimum(self.closest.from_edge, 0.0), 0.0) / self.closest.radius
-        of_host = self.closest.roll**2 / 2 / gears["r_b"][host] + shift
-        of_mate = mate_roll**2 / 2 / gears["r_b"][1 - host] - shift
-        arcs = np.where(self.pinion_is_host, (of_host, of_mate), (of_mate, of_host))
-        return arcs, np.where(self.pinion_is_host, (0 * tilt, tilt), (tilt, 0 * tilt))
+        mate_roll = np.minimum(self.closest.foot, gears["roll_tip"][1 - host])
+        from_vertex = distance - np.minimum(self.closest.from_edge, 0.0)[:, None]
+        tilt = cos(self.position.pair.beta_b) * np.maximum(from_vertex, 0.0) / self.closest.radius[:, None]
+        of_host = (self.closest.roll**2 / 2 / gears["r_b"][host])[:, None] + distance
+        of_mate = (mate_roll**2 / 2 / gears["r_b"][1 - host])[:, None] - distance
+        on_pinion = self.pinion_is_host[:, None]
+        arcs = np.where(on_pinion, (of_host, of_mate), (of_mate, of_host))
+        return arcs, np.where(on_pinion, (0 * tilt, tilt), (tilt, 0 * tilt))
 
     @property
     def flattening(self) -> np.ndarray:
@@ -128,18 +127,6 @@ class ContactSlices:
 def closest_in(mesh: PairGeometry, number, low, high, te) -> np.ndarray:
     """(6, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors () or (n,) [m]."""
     return mesh.call(closest_points, number, low, high, np.full(low.size, te, float))
-
-
-def beside_corner(t: np.ndarray) -> np.ndarray:
-    """(n,) distance from the closest point to the middle of the load, over Hertz's half-width.
-
-    t       (n,) distance of the closest point from the corner over that half-width
-
-    The pressure of `line_contact.at_edge`; at t >= 1 the middle of the load is the closest point.
-    """
-    t = np.minimum(t, 1.0)
-    part = 1 / (np.sqrt(t * t + 3) - t)
-    return part - part * (part - t) / (3 * part - 2 * t) - np.maximum(t, 0.0)
 
 
 class GapAcross(NamedTuple):

@@ -2,20 +2,28 @@
 
 The overlap of the flanks across a slice, at x from -1 to 1 between its ends, is
 
-    approach te - gap(x) - w - t x,   w = (C0 + te C1) p,   t = S w,   p = f + S^T m
+    approach te - gap(x) - w - t x,   (w, v) = (C0 + te C1) p,   t = S w,   p = (f + S^T m, M)
 
-with the displacement w in the middle of the slice and its tilt t, from the slices beside it; the compliance C0 between
-the slices and its change C1 per transmission error as the flanks touch nearer to both tips. Force f and moment m of
-each slice follow from its overlap (`slice_load`); by virtual work the moments act on the slices beside
-it as the tilt follows from them. Newton's method solves for p and te such that approach . f = mesh force: a slice joins
-and leaves as its overlap does, so that no active set is needed, and the last linearization is the tangent stiffness.
+with the displacement w where the flanks are closest and its tilt t, from the slices beside it; with its slope v along
+the profile; the compliance C0 between the slices and its change C1 per transmission error as the flanks touch nearer to
+both tips. Force f and moments m of each slice across its width and M along its profile follow from its overlap
+(`slice_load`); by virtual work the moments m act on the slices beside it as the tilt follows from them. Newton's method
+solves for p and te such that approach . f = mesh force: a slice joins and leaves as its overlap does, so that no active
+set is needed, and the last linearization is the tangent stiffness.
 
 A section of a slice under a line load q flattens as half-planes do by Hertz, by factor q (constant - ln(q) / 2). Where
 the tip corner of the mate ends the contact before the half-width a of Hertz, at a distance t a from where the gap is
-smallest, t < 1, half-planes that touch from the corner to l = a (t + sqrt(t^2 + 3)) / 3 on either side of the middle
-flatten more, by factor q `at_edge(t)`. Where the overlap across a slice falls to 0, only a part of it carries load:
-force, moment and their derivatives are integrals over that part. Source: Johnson, Contact Mechanics, 2.7, 4.2 and 5.6
-(line contact of bodies that act as half-planes, pressure singular at the corner and 0 at the other end).
+smallest, t < 1, half-planes that touch from the corner to 2 p a, p = (t + sqrt(t^2 + 3)) / 3, flatten more, by factor q
+`at_edge(t)`; the middle of the load lies a (p + p^3) / 2 from the corner. Where the overlap across a slice falls to 0,
+only a part of it carries load: force, moments and their derivatives are integrals over that part. Source: Johnson,
+Contact Mechanics, 2.7, 4.2 and 5.6 (line contact of bodies that act as half-planes, pressure singular at the corner and
+0 at the other end).
+
+The slope v turns the flanks by -v in the transverse section, which moves the vertex of their gap, a parabola of the
+relative radius R, by -R v: that is far in rings, whose flanks nest, and near a corner it changes how much of the
+contact the corner ends. Distances along the profile are given over sqrt(2 R), v times sqrt(R / 2); the force acts
+M / (2 f) from where the flanks are closest, and slices near corners or of a ring have such a slope: in the others the
+load stays where the flanks are closest.
 """
 
 from math import exp, inf, log, sqrt
@@ -39,8 +47,12 @@ STEPS, FULL, LEAST_SHARE = 200, 15, 1 / 256
 #: Half-planes under whole slices are clamped at this depth, in modules, or deeper: at this share of the half-width of
 #: the contact under the largest force.
 DEPTH, DEEPER = 1 / 5, 1.5
-#: Share of the largest mesh force on a tooth pair whose contact ends at a tip corner, by which its middle is found.
-AT_CORNER = 0.4
+#: Distances along the profile of two points from where the flanks are closest, over the half-width of the contact under
+#: the largest force: the displacement is linear between and beyond them, though near a corner, where loads lie between
+#: them, it rises like a logarithm.
+POINTS_ALONG = 0.05, 0.45
+#: The contact of a slice ends at a corner where this is nearer than that half-width times this factor.
+NEAR_CORNER = 1.2
 #: Overlap of the flanks, in modules, for the difference quotient of their compliance, and up to which this changes: far
 #: beyond it the compliance would not be positive.
 OVERLAP, LARGEST_OVERLAP = 1 / 250, 1 / 20
@@ -54,6 +66,8 @@ LEAST_FLATTENING = 0.1
 EVEN, EVEN_POINTS, EVEN_WEIGHTS = 0.5, *np.polynomial.legendre.leggauss(2)
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 POINTS, WEIGHTS = _POINTS * (3 - _POINTS**2) / 2, _WEIGHTS * 1.5 * (1 - _POINTS**2)
+#: Width of the band of derivatives between the loads of slices beside one another, and where slices have slopes, too.
+WIDTH, WIDTH_WITH_SLOPES = 3, 5
 #: Newton steps to the logarithm in Hertz's formula, and their last, relative to it.
 LOGARITHM_STEPS, SHORTEST = 30, 1e-13
 
@@ -62,8 +76,9 @@ class LineContact(NamedTuple):
     """Contact of n slices, each with one line load.
 
     number              (n,) tooth pairs of the slices
-    compliance          (n, n) between the slices before they deflect [m/N]
-    softening           (n, n) its change per transmission error [1/N], or (0, 0): none
+    row                 (n, 2) rows of the displacement of each slice and of its slope in the compliance; -1: no slope
+    compliance          (k, k) between the slices before they deflect [m/N]; of slopes over sqrt(m)
+    softening           (k, k) its change per transmission error [1/N], or (0, 0): none
     softest_te          transmission error up to which it changes [m]
     factor, constant    (n,) Hertz's flattening [m] under forces f: factor f (constant - ln(f) / 2)
     approach, bend      (n,) normal approach per transmission error, and bend of the gap across the slices [m]
@@ -74,6 +89,7 @@ class LineContact(NamedTuple):
     """
 
     number: np.ndarray
+    row: np.ndarray
     compliance: np.ndarray
     softening: np.ndarray
     softest_te: float
@@ -102,16 +118,24 @@ class LineLoads(NamedTuple):
 def compliance_at(
     slices: ContactSlices,
     depth: float,
-    line_load: float,
+    distance: np.ndarray,
     bodies: tuple[CompiledCompliance, CompiledCompliance],
     face: Face,
 ) -> np.ndarray:
-    """(n, n) compliance between slices under line loads [N/m], beside half-planes clamped at a depth [m/N]."""
+    """(n m, n m) compliance between points of slices, beside half-planes clamped at a depth [m/N].
+
+    distance    (n, m) distances of the points along the profile from where the flanks are closest [m]
+    """
     numbers = slices.number, slices.low, slices.high
-    arcs, tilts = slices.loaded_arcs(line_load)
-    return slices.mesh.call(
-        smooth_compliance, bodies, face.share < 1, numbers, depth, arcs[..., None], tilts[..., None]
-    )
+    return slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, *slices.arcs_at(distance))
+
+
+def loaded_distance(slices: ContactSlices, line_load: float) -> np.ndarray:
+    """(n,) distances of the middles of line loads [N/m] along the profile from where the flanks are closest [m]."""
+    half_width = slices.half_width(np.array(line_load))
+    t = slices.closest.from_edge / half_width
+    half = np.array([half_contact(of_slice) for of_slice in t])
+    return half_width * (half * (1 + half**2) / 2 - np.clip(t, 0.0, 1.0))
 
 
 def line_contact(
@@ -127,24 +151,54 @@ def line_contact(
 
     bend        (n,) of the gap across the slices [m]
     force       the largest mesh force [N]
-    softens     whether the compliance changes with the deflection, and corners with the contact: not of a first guess
+    softens     whether the compliance changes with the deflection, and the contact along the profile: not of a first
+                guess
     """
-    pair = slices.position.pair
-    m_n, softening = pair.pinion.m_n, np.zeros((0, 0))
-    depth = max(DEPTH * m_n, DEEPER * float(slices.half_width(np.array(force / pair.b)).max()))
-    line_load = AT_CORNER * force / pair.b
-    if not softens:
-        slices = slices.closest_at(slices.closest._replace(from_edge=np.full(slices.number.size, inf)))
-    compliance = compliance_at(slices, depth, line_load, bodies, face)
+    m_n, softening = slices.position.pair.pinion.m_n, np.zeros((0, 0))
+    half_width = slices.half_width(np.array(force / slices.position.pair.b))
+    depth = max(DEPTH * m_n, DEEPER * float(half_width.max()))
+    edge = slices.closest.from_edge / np.sqrt(2 * slices.closest.radius)
     if softens:
+        slopes = slices.position.pair.wheel.internal | (slices.closest.from_edge < NEAR_CORNER * half_width)
+        compliance, row = _with_slopes(slices, depth, half_width, slopes, bodies, face)
         touching = slices.in_middle(OVERLAP * m_n)
-        softening = (compliance_at(touching, depth, line_load, bodies, face) - compliance) / (OVERLAP * m_n)
+        softer, _ = _with_slopes(touching, depth, half_width, slopes, bodies, face)
+        softening = (softer - compliance) / (OVERLAP * m_n)
+    else:
+        edge = np.full(edge.size, inf)
+        compliance = compliance_at(slices, depth, np.zeros((edge.size, 1)), bodies, face)
+        row = np.stack([np.arange(edge.size), np.full(edge.size, -1)], axis=1)
     constant = 0.5 + np.log(2 * depth / slices.half_width(1 / slices.width))
     beside, tilt = _tilts(slices, face)
-    approach = slices.closest.approach
     softened = compliance, softening, LARGEST_OVERLAP * m_n
-    edge = slices.closest.from_edge / np.sqrt(2 * slices.closest.radius)
-    return LineContact(slices.number, *softened, slices.flattening, constant, approach, bend, edge, beside, tilt)
+    at_slices = slices.flattening, constant, slices.closest.approach, bend, edge, beside, tilt
+    return LineContact(slices.number, row, *softened, *at_slices)
+
+
+def _with_slopes(
+    slices: ContactSlices,
+    depth: float,
+    half_width: np.ndarray,
+    slopes: np.ndarray,
+    bodies: tuple[CompiledCompliance, CompiledCompliance],
+    face: Face,
+) -> tuple[np.ndarray, np.ndarray]:
+    """`LineContact.compliance` and `row` of slices (n,) with slopes where `slopes` says so, by two points in each.
+
+    The first is where the flanks are closest in slices without a slope.
+    """
+    distance = np.multiply.outer(half_width, POINTS_ALONG)
+    distance[~slopes, 0] = 0.0
+    of_points = compliance_at(slices, depth, distance, bodies, face)
+    n, (near, far) = half_width.size, (distance / np.sqrt(2 * slices.closest.radius)[:, None]).T
+    row = np.full((n, 2), -1)
+    order = np.cumsum(1 + slopes)
+    row[:, 0], row[slopes, 1] = order - 1 - slopes, order[slopes] - 1
+    transform, points = np.zeros((order[-1], 2 * n)), 2 * np.arange(n)
+    transform[row[:, 0], points], transform[row[:, 0], points + 1] = far / (far - near), -near / (far - near)
+    transform[row[slopes, 1], points[slopes]] = -0.5 / (far - near)[slopes]
+    transform[row[slopes, 1], points[slopes] + 1] = 0.5 / (far - near)[slopes]
+    return transform @ of_points @ transform.T, row
 
 
 def _tilts(slices: ContactSlices, face: Face) -> tuple[np.ndarray, np.ndarray]:
@@ -168,20 +222,22 @@ def _add(band, i, j, value):
 
 @unchecked
 def _band_factors(band):
-    """(n, 3) lower triangular L with L L^T = G by column from the diagonal on; G (n, 3) by row to the left of it.
+    """(n, width) lower triangular L with L L^T = G by column from the diagonal on; G by row to the left of it.
 
     Columns of L are 0 where G is singular.
     """
-    n, lower = len(band), np.zeros((len(band), 3))
+    n, width = band.shape
+    lower = np.zeros((n, width))
     for i in range(n):
         pivot = band[i, 0]
-        for k in (2, 1):
-            if i >= k and lower[i - k, 0] > 0:
+        for k in range(min(width - 1, i), 0, -1):
+            column = i - k
+            if lower[column, 0] > 0:
                 value = band[i, k]
-                if k == 1 and i >= 2:
-                    value -= lower[i - 2, 2] * lower[i - 2, 1]
-                lower[i - k, k] = value / lower[i - k, 0]
-                pivot -= lower[i - k, k] ** 2
+                for d in range(1, min(width - k, column + 1)):
+                    value -= lower[column - d, k + d] * lower[column - d, d]
+                lower[column, k] = value / lower[column, 0]
+                pivot -= lower[column, k] ** 2
         lower[i, 0] = np.sqrt(pivot) if pivot > 1e-13 * band[i, 0] else 0.0
     return lower
 
@@ -191,7 +247,7 @@ def _left(lower, columns, vector):
     """L^T times a vector, at columns of L."""
     n, values = len(lower), np.zeros((1, columns.size))
     for a, j in enumerate(columns):
-        for k in range(min(3, n - j)):
+        for k in range(min(lower.shape[1], n - j)):
             values[0, a] += lower[j, k] * vector[0, j + k]
     return values
 
@@ -199,15 +255,18 @@ def _left(lower, columns, vector):
 @unchecked
 def _system(lower, columns, compliance):
     """Lower triangle of 1 + L^T C L at columns of L."""
-    n, matrix, column = len(lower), np.empty((columns.size, columns.size)), np.zeros(len(lower) + 2)
+    n, width = lower.shape
+    matrix, column = np.empty((columns.size, columns.size)), np.zeros(n + width)
     for b, j in enumerate(columns):
-        below, next_below = min(j + 1, n - 1), min(j + 2, n - 1)
         for r in range(j, n):
-            column[r] = lower[j, 0] * compliance[j, r] + lower[j, 1] * compliance[below, r]
-            column[r] += lower[j, 2] * compliance[next_below, r]
+            column[r] = 0.0
+            for k in range(min(width, n - j)):
+                column[r] += lower[j, k] * compliance[j + k, r]
         for a in range(b, columns.size):
             i = columns[a]
-            matrix[a, b] = lower[i, 0] * column[i] + lower[i, 1] * column[i + 1] + lower[i, 2] * column[i + 2]
+            matrix[a, b] = 0.0
+            for k in range(width):
+                matrix[a, b] += lower[i, k] * column[i + k]
         matrix[b, b] += 1.0
     return matrix
 
@@ -233,38 +292,48 @@ def _begin(contact, force, touches):
 
 
 @unchecked
-def _write_loads(contact, te, w, gap, loads, rest, rise, band):
-    """Write the loads under displacements w (1, n), and how the loads p that balance them depend on overlaps.
+def _write_loads(contact, te, u, gap, loads, rest, rise, band):
+    """Write the loads under displacements u (1, k), and how the loads p that balance them depend on overlaps.
 
-    gap     gaps in the middle and slopes (2, n) [m]
-    loads   (3, n) forces, moments, largest line loads
-    rest    (1, n) f + S^T m
-    rise    (1, n) its derivative by te with w held
-    band    (n, 3) rows, to the left of the diagonal, of minus its derivative by w
+    gap     gaps in the middle and slopes across the slices (2, n) [m]
+    loads   (3, n) forces, moments across the slices, largest line loads
+    rest    (1, k) loads p by the slices
+    rise    (1, k) its derivative by te with u held
+    band    (k, width) rows, to the left of the diagonal, of minus its derivative by u
 
-    Returns the mesh force, and its derivative by te with w held.
+    Returns the mesh force, and its derivative by te with u held.
     """
     mesh_force, stiffness = 0.0, 0.0
-    for i in range(w.shape[1]):
-        before, after, tilt = contact.beside[0, i], contact.beside[1, i], contact.tilt[i]
+    for i in range(len(contact.row)):
+        row, turn, tilt = contact.row[i, 0], contact.row[i, 1], contact.tilt[i]
+        before, after = contact.row[contact.beside[0, i], 0], contact.row[contact.beside[1, i], 0]
         approach = contact.approach[i]
-        overlap, slope = approach * te - gap[0, i] - w[0, i], -gap[1, i] - tilt * (w[0, after] - w[0, before])
+        overlap, slope = approach * te - gap[0, i] - u[0, row], -gap[1, i] - tilt * (u[0, after] - u[0, before])
         local = contact.factor[i], contact.constant[i], contact.edge[i]
-        load = slice_load(local, overlap, slope, contact.bend[i])
-        loads[0, i], loads[1, i], loads[2, i], by_middle, mixed, by_slope = load
-        mesh_force, stiffness = mesh_force + approach * loads[0, i], stiffness + approach**2 * by_middle
-        rest[0, i] += loads[0, i]
-        rest[0, after] += tilt * loads[1, i]
-        rest[0, before] -= tilt * loads[1, i]
-        rise[0, i] += approach * by_middle
+        load, change = slice_load(local, overlap, slope, contact.bend[i], -u[0, turn] if turn >= 0 else 0.0)
+        loads[0, i], loads[1, i], loads[2, i] = load[0], load[1], load[3]
+        by_middle, mixed, by_slope = change[0], change[1], change[2]
+        mesh_force, stiffness = mesh_force + approach * load[0], stiffness + approach**2 * by_middle
+        rest[0, row] += load[0]
+        rest[0, after] += tilt * load[1]
+        rest[0, before] -= tilt * load[1]
+        rise[0, row] += approach * by_middle
         rise[0, after] += approach * tilt * mixed
         rise[0, before] -= approach * tilt * mixed
-        _add(band, i, i, by_middle / 2)
-        _add(band, i, after, tilt * mixed)
-        _add(band, i, before, -tilt * mixed)
+        _add(band, row, row, by_middle / 2)
+        _add(band, row, after, tilt * mixed)
+        _add(band, row, before, -tilt * mixed)
         _add(band, after, after, tilt**2 * by_slope / 2)
         _add(band, before, before, tilt**2 * by_slope / 2)
         _add(band, after, before, -(tilt**2) * by_slope)
+        if turn >= 0:
+            middle_by_turn, slope_by_turn, by_turn = change[3], change[4], change[5]
+            rest[0, turn] += load[2]
+            rise[0, turn] += approach * middle_by_turn
+            _add(band, turn, turn, by_turn / 2)
+            _add(band, turn, row, middle_by_turn)
+            _add(band, turn, after, tilt * slope_by_turn)
+            _add(band, turn, before, -tilt * slope_by_turn)
     return mesh_force, stiffness
 
 
@@ -273,12 +342,13 @@ def _equilibrium(contact, mesh_force, gap, touches):
     """Transmission error and stiffness under a mesh force, loads (3, n) as in `_write_loads`, and (n,) displacements by
     the loads on the other tooth pairs [m]; gap (2, n).
 
-    With G = L L^T, minus the derivative of f + S^T m by w, and its derivative h by te, a Newton step of p is
+    With G = L L^T, minus the derivative of the slices' loads P by u, and their derivative h by te, a Newton step is
 
-        dp = r + h' dte - L y,   (1 + L^T C L) y = L^T C (r + h' dte),   r = f + S^T m - p,   h' = h - G C1 p
+        dp = r + h' dte - L y,   (1 + L^T C L) y = L^T C (r + h' dte),   r = P - p,   h' = h - G C1 p
     """
-    n, softens, (least, te) = touches.size, contact.softening.size > 0, _begin(contact, mesh_force, touches)
-    p, loads, softer = np.zeros((1, n)), np.empty((3, n)), np.zeros((1, n))
+    n, softens, (least, te) = len(contact.compliance), contact.softening.size > 0, _begin(contact, mesh_force, touches)
+    p, loads, softer = np.zeros((1, n)), np.empty((3, touches.size)), np.zeros((1, n))
+    width = WIDTH_WITH_SLOPES if n > touches.size else WIDTH
     compliance, stiffness, change = contact.compliance.copy(), 0.0, inf
     last_p, last_te, moved, te_step, share, last_unbalanced = p, te, p, 0.0, 1.0, inf
     for step in range(STEPS):
@@ -288,12 +358,12 @@ def _equilibrium(contact, mesh_force, gap, touches):
                 for j in range(n):
                     change_to = min(te, contact.softest_te) * contact.softening[i, j]
                     compliance[i, j] = contact.compliance[i, j] + change_to
-        rest, rise, band = np.zeros((1, n)), np.zeros((1, n)), np.zeros((n, 3))
+        rest, rise, band = np.zeros((1, n)), np.zeros((1, n)), np.zeros((n, width))
         total, stiffness_held = _write_loads(contact, te, _times(compliance, p), gap, loads, rest, rise, band)
         if change < CONVERGED * mesh_force and abs(total - mesh_force) < CONVERGED * mesh_force:
-            for i in range(n):
+            for i in range(touches.size):
                 loads[0, i], loads[1, i] = loads[0, i] * (mesh_force / total), loads[1, i] * (mesh_force / total)
-            return te, stiffness, loads, _displaced_by_others(contact.number, compliance, p)
+            return te, stiffness, loads, _displaced_by_others(contact, compliance, p)
         if not stiffness_held > 0:
             te, p = least + 2 * (te - least), np.zeros((1, n))
             continue
@@ -307,7 +377,7 @@ def _equilibrium(contact, mesh_force, gap, touches):
             continue
         displaced, rising = _times(compliance, rise), rise.copy()
         for i in range(n):
-            for k in range(min(3, i + 1)):
+            for k in range(min(width, i + 1)):
                 rising[0, i] -= band[i, k] * softer[0, i - k]
                 if k:
                     rising[0, i - k] -= band[i, k] * softer[0, i]
@@ -323,12 +393,14 @@ def _equilibrium(contact, mesh_force, gap, touches):
 
 
 @unchecked
-def _displaced_by_others(number, compliance, p):
-    """(n,) displacements of slices by the loads p (1, n) on the slices of other tooth pairs [m]."""
-    displaced = np.zeros(number.size)
+def _displaced_by_others(contact, compliance, p):
+    """(n,) displacements of slices by the loads p (1, k) on the slices of other tooth pairs [m]."""
+    number, displaced = contact.number, np.zeros(contact.number.size)
     for i in range(number.size):
         for j in range(number.size):
-            displaced[i] += compliance[i, j] * p[0, j] if number[j] != number[i] else 0.0
+            if number[j] != number[i]:
+                for row in contact.row[j]:
+                    displaced[i] += compliance[contact.row[i, 0], row] * p[0, row] if row >= 0 else 0.0
     return displaced
 
 
@@ -343,7 +415,7 @@ def _yield_to(compliance, lower, rest, rising):
     small_systems.factorize(matrix)
     small_systems.solve(matrix, right)
     for a, j in enumerate(columns):
-        for k in range(min(3, n - j)):
+        for k in range(min(lower.shape[1], n - j)):
             rest[0, j + k] -= lower[j, k] * right[0, a]
             rising[0, j + k] -= lower[j, k] * right[1, a]
 
@@ -377,9 +449,7 @@ def at_edge(t):
     """
     if t >= 1:
         return 0.0, 0.0
-    part, beyond = (t + sqrt(t * t + 3)) / 3, min(t, 0.0)
-    if t < -1:
-        part = 1 / (sqrt(t * t + 3) - t)
+    part, beyond = half_contact(t), min(t, 0.0)
     load = part * (1.5 * part - t)  # 1/2
     logarithm = log(part)
     flattened = load * logarithm + part * part / 4 + part * (part - t)
@@ -389,14 +459,15 @@ def at_edge(t):
 
 @unchecked
 def line_load(factor, constant, overlap, edge):
-    """Line load under an overlap > 0 [m], and its derivative; both times the length of the slice [N], [N/m].
+    """Line load under an overlap > 0 [m] and its derivatives by overlap and edge, and half of its contact over Hertz's
+    half-width; load and derivatives times the length of the slice [N], [N/m], [N/m^0.5].
 
     edge    distance of the smallest gap from the mate's tip corner over sqrt(2 R) [m^0.5]
     """
     largest, rate = _hertz_load(factor, constant, overlap)
     if edge >= sqrt(factor * largest):
-        return largest, rate
-    load = largest
+        return largest, rate, 0.0, 1.0
+    load, t = largest, 0.0
     for _ in range(LOGARITHM_STEPS):
         t = edge / sqrt(factor * load)
         further, slope = at_edge(t)
@@ -405,7 +476,45 @@ def line_load(factor, constant, overlap, edge):
         last, load = load, min(max(load + (overlap - factor * load * logarithm) * rate, load / 4), largest)
         if abs(load - last) < SHORTEST * load:
             break
-    return load, rate
+    return load, rate, -sqrt(factor * load) * at_edge(t)[1] * rate, half_contact(t)
+
+
+@unchecked
+def turned_load(local, overlap, turn):
+    """Line load of flanks turned about where they were closest, its moment along the profile, and derivatives.
+
+    local   factor, constant and edge of `LineContact`
+    overlap where the flanks are closest before they turn [m]
+    turn    angle away from the corner times sqrt(R / 2) [m^0.5]
+
+    Returns the load [N] and its moment [N m^0.5], both times the length of the slice, the derivatives of the load by
+    overlap, of the load by turn or moment by overlap, and of the moment by turn.
+    """
+    factor, constant, edge = local
+    turned_edge, moved = edge + turn, turn
+    if edge > 0 and turned_edge > 0:
+        overlap += turn * turn
+    elif edge > 0:
+        overlap, moved = overlap - edge * edge - 2 * turn * edge, -edge
+    elif turned_edge > 0:
+        overlap, moved = overlap + turned_edge * turned_edge, turned_edge
+    else:
+        moved = 0.0
+    if overlap <= 0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    load, rate, by_edge, half = line_load(factor, constant, overlap, turned_edge)
+    beyond_closest = half * (1 + half * half) / 2 - max(turned_edge / sqrt(factor * load), 0.0) if by_edge > 0 else 0.0
+    mixed = 2 * moved * rate + by_edge
+    moment = 2 * load * (moved + sqrt(factor * load) * beyond_closest)
+    return load, moment, rate, mixed, mixed * mixed / rate + 2 * load * half * half
+
+
+@unchecked
+def half_contact(t):
+    """Half of the width of a contact that ends at a corner, over the half-width of Hertz, at t as in `at_edge`."""
+    if t >= 1:
+        return 1.0
+    return (t + sqrt(t * t + 3)) / 3 if t > -1 else 1 / (sqrt(t * t + 3) - t)
 
 
 @unchecked
@@ -443,15 +552,18 @@ def loaded_parts(middle, slope, bend):
 
 
 @unchecked
-def slice_load(local, middle, slope, bend):
-    """Force and moment over half of the width [N] of an overlap middle + slope x - bend x^2 [m], and derivatives.
+def slice_load(local, middle, slope, bend, turn):
+    """Loads of an overlap middle + slope x - bend x^2 [m] across a slice, and their derivatives.
 
     local   factor, constant and edge of `LineContact`
+    turn    of the flanks along the profile, as in `turned_load` [m^0.5]
 
-    Returns force, moment, the largest line load times the length of the slice [N], and the derivatives of force by
-    middle, of force by slope or moment by middle, and of moment by slope [N/m].
+    Returns force, moment over half of the width [N], moment along the profile [N m^0.5] and the largest line load times
+    the length of the slice [N]; the derivatives of force by middle, of force by slope or moment by middle, of moment by
+    slope, of force by turn, of moment by turn and of the moment along the profile by turn.
     """
-    force, moment, largest, by_middle, mixed, by_slope = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    force, moment, along, largest = 0.0, 0.0, 0.0, 0.0
+    by_middle, mixed, by_slope, by_turn, moment_by_turn, along_by_turn = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     even = middle - abs(slope) - abs(bend) > EVEN * (middle + abs(slope) + abs(bend))
     points, weights = (EVEN_POINTS, EVEN_WEIGHTS) if even else (POINTS, WEIGHTS)
     ends = (-1.0, 1.0, 1.0, 1.0) if even else loaded_parts(middle, slope, bend)
@@ -462,8 +574,11 @@ def slice_load(local, middle, slope, bend):
                 x, weight = (low + high + (high - low) * points[k]) / 2, (high - low) / 4 * weights[k]
                 overlap = middle + slope * x - bend * x * x
                 if overlap > 0:
-                    load, rate = line_load(local[0], local[1], overlap, local[2])
+                    load, of_profile, rate, turned, of_profile_turned = turned_load(local, overlap, turn)
                     force, moment, largest = force + weight * load, moment + weight * load * x, max(largest, load)
+                    along, along_by_turn = along + weight * of_profile, along_by_turn + weight * of_profile_turned
                     by_middle, mixed = by_middle + weight * rate, mixed + weight * rate * x
                     by_slope += weight * rate * x * x
-    return force, moment, largest, by_middle, mixed, by_slope
+                    by_turn, moment_by_turn = by_turn + weight * turned, moment_by_turn + weight * turned * x
+    loads = force, moment, along, largest
+    return loads, (by_middle, mixed, by_slope, by_turn, moment_by_turn, along_by_turn)

@@ -21,8 +21,6 @@ from fem.support.validation import require
 OFFSETS = "axial", "misalignment", "f_sigma_delta", "f_sigma_beta"
 #: Number of centre distances that are tried.
 MOST_STEPS = 30
-#: Line load by which the middle of the contact is found [N/m].
-LIGHT = 1.0
 
 
 @checked
@@ -47,7 +45,8 @@ def crack(gear: Gear, lost: Finite) -> Crack:
     contact = ToothContact(position, *bodies, slices)
     whole = contact.slicing.whole
     of_slices = ContactSlices(position, whole.number, whole.low, whole.high, mesh=contact.slicing.mesh)
-    compliance = compliance_at(of_slices, DEPTH * gear.m_n, LIGHT, contact.bodies, contact.face)
+    closest = np.zeros((whole.number.size, 1))
+    compliance = compliance_at(of_slices, DEPTH * gear.m_n, closest, contact.bodies, contact.face)
     share = whole.width / whole.width.sum()
     of_tooth = float(share @ compliance @ share) * contact.face.share / 2
     lever = float(lever_of(gear.r_f, gear.psi_b, gear.r_b, position.path.pitch)) * float(np.cos(gear.beta_b))

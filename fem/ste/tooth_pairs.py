@@ -28,7 +28,7 @@ import xarray as xr
 
 from fem.contact.contact_slices import ContactSlices
 from fem.contact.coupling import compiled_compliance
-from fem.contact.line_contact import DEPTH, compliance_at
+from fem.contact.line_contact import DEPTH, compliance_at, loaded_distance
 from fem.contact.resolution import Resolution, Slices
 from fem.contact.tooth_contact import ToothContact
 from fem.gear.gear import Gear
@@ -436,8 +436,8 @@ def _coupling(
     pinion, wheel = place.pair.pinion, single.bodies
     numbers = range(distance + 1)
     bodies = compiled_compliance(wheel[0], 0.0, numbers), compiled_compliance(wheel[1], 0.0, range(-distance, 1))
-    line_load = COUPLED_LOAD * single.forces[-1] / place.pair.b
-    compliance = compliance_at(slices, DEPTH * pinion.m_n, line_load, bodies, contact.face)
+    distance = loaded_distance(slices, COUPLED_LOAD * single.forces[-1] / place.pair.b)
+    compliance = compliance_at(slices, DEPTH * pinion.m_n, distance[:, None], bodies, contact.face)
     n, share = behind.low.size, contact.face.share
     return [
         share * float(getattr(behind, first) @ compliance[:n, n:] @ getattr(ahead, second)) for first, second in KINDS

@@ -32,12 +32,17 @@ def test_te_rises_with_the_load_and_shares_sum_to_1(pair):
 
 
 def test_stiffness_is_the_derivative_of_the_force(spur):
+    """Exact by slices; strips move with the load, which their tangent leaves out."""
     pair = ring_pair()
     torque = np.array([99.0, 100.0, 101.0])
-    ste = ste_of(pair, torque)
-    slope = 2 / pair.pinion.r_b / (ste["te"].values[2] - ste["te"].values[0])
-    assert ste["stiffness"].values[1] == pytest.approx(slope, rel=4e-3)
-    assert ste["te"].values[1] == pytest.approx(spur["te"].values[-1], rel=1e-9)
+    strips, slices = (ste_of(pair, torque, resolution=resolution) for resolution in (COARSE, SLICES))
+    errors = [
+        ste["stiffness"].values[1] * (ste["te"].values[2] - ste["te"].values[0]) * pair.pinion.r_b / 2 - 1
+        for ste in (strips, slices)
+    ]
+    assert np.sqrt((errors[0] ** 2).mean()) < 3e-3 and np.abs(errors[0]).max() < 5e-3
+    assert np.abs(errors[1]).max() < 5e-5
+    assert strips["te"].values[1] == pytest.approx(spur["te"].values[-1], rel=1e-9)
 
 
 def test_a_pair_of_twice_the_size_deflects_as_much_under_four_times_the_force_per_length(spur):
@@ -96,10 +101,11 @@ def test_offsets_and_misalignment_open_the_gap_as_for_external_pairs():
 
 @pytest.mark.parametrize("pair", [ring_pair(), helical_ring_pair()])
 def test_slices_agree_with_strips(pair):
-    """Also where the tip corner of a gear ends the contact; on the default mesh: mean 0.5 %, peak to peak 3 %."""
+    """Also where the tip corner of a gear ends the contact; peak to peak as the number of slices allows."""
     strips, slices = (ste_of(pair, [50, 200], 16, resolution=model)["te"].values for model in (COARSE, SLICES))
-    assert slices.mean(axis=1) == pytest.approx(strips.mean(axis=1), rel=0.007)
-    assert np.ptp(slices, axis=1) == pytest.approx(np.ptp(strips, axis=1), rel=0.035)
+    assert slices.mean(axis=1) == pytest.approx(strips.mean(axis=1), rel=2e-3)
+    assert (np.abs(slices - strips).max(axis=1) < 3e-3 * strips.mean(axis=1)).all()
+    assert np.ptp(slices, axis=1) == pytest.approx(np.ptp(strips, axis=1), rel=0.015)
 
 
 def test_modifications_and_pitch_deviations_of_a_ring_open_its_gap():
@@ -132,18 +138,18 @@ def test_accuracy_and_cost_are_those_of_external_pairs():
 @pytest.mark.parametrize(
     ("pair", "torque"),
     [
-        (ring_pair(), (50, 150)),
-        (fem.GearPair(planet(39, 0.1), ring(-99, 0.1, height=0.9, rim=2.25)), (60, 200)),
+        (ring_pair(), (10, 50, 150)),
+        (fem.GearPair(planet(39, 0.1), ring(-99, 0.1, height=0.9, rim=2.25)), (10, 60, 200)),
     ],
     ids=["rim of 5 modules", "thin rim"],
 )
 def test_slices_of_spur_rings_are_near_strips(pair, torque):
-    """Mean within half a per cent, any phase 1.4 % and peak to peak 0.8 % of the mean, heavy loads included."""
+    """Mean within 0.1 %, any phase 0.35 % and peak to peak 0.25 % of the mean, light and heavy loads included."""
     strips, slices = (
         fem.static_transmission_error(pair, torque, 24, resolution=model, progress=False)["te"].values
         for model in (fem.Resolution(), fem.Slices())
     )
     mean = strips.mean(axis=1)
-    assert slices.mean(axis=1) == pytest.approx(mean, rel=5e-3)
-    assert (np.abs(slices - strips).max(axis=1) < 1.4e-2 * mean).all()
-    assert (np.abs(np.ptp(slices, axis=1) - np.ptp(strips, axis=1)) < 8e-3 * mean).all()
+    assert slices.mean(axis=1) == pytest.approx(mean, rel=1e-3)
+    assert (np.abs(slices - strips).max(axis=1) < 3.5e-3 * mean).all()
+    assert (np.abs(np.ptp(slices, axis=1) - np.ptp(strips, axis=1)) < 2.5e-3 * mean).all()
