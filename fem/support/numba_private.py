@@ -23,9 +23,10 @@ from typing import Any
 from numba import njit
 from numba.core.codegen import JITCodeLibrary
 from numba.core.environment import lookup_environment
+from numba.core.errors import TypingError
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.targetconfig import ConfigStack
-from numba.core.types import BaseFunction
+from numba.core.types import BaseFunction, IntegerLiteral, unliteral
 
 #: Options of numba for functions that Python does not call.
 NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -119,6 +120,16 @@ class Callee(CPUDispatcher):
         options = {name: value for name, value in self.targetoptions.items() if name not in NO_WRAPPERS}
         return njit(self.py_func, **{name: value for name, value in options.items() if name != "nopython"})
 
+    def get_call_template(self, args, kws):
+        """The version for types of arguments, whole numbers that the caller knows taken as any whole numbers.
+
+        Else each of them would have a version of its own. Where none is found so, as of a tuple of so many floats, the
+        number counts.
+        """
+        with suppress(TypingError):
+            return super().get_call_template(_any_numbers(args), _any_numbers(kws))
+        return super().get_call_template(args, kws)
+
     def add_overload(self, cres) -> None:
         """Store a version without making it known to Python."""
         self.overloads[tuple(cres.signature.args)] = cres
@@ -129,6 +140,13 @@ class Callee(CPUDispatcher):
     def _compile_for_args(self, *arguments, **keywords):
         """Compiled version for a call from Python."""
         return self.for_python._compile_for_args(*arguments, **keywords)
+
+
+def _any_numbers(kinds):
+    """Types of arguments (tuple or, by name, dict) without the values of whole numbers."""
+    if isinstance(kinds, dict):
+        return dict(zip(kinds, _any_numbers(kinds.values()), strict=True))
+    return tuple(unliteral(kind) if isinstance(kind, IntegerLiteral) else kind for kind in kinds)
 
 
 def callee(function=None, *, apart: bool = False, **options) -> Any:
