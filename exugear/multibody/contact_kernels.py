@@ -115,9 +115,10 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
             power = push.static.energy, dissipation, body_1.angle, body_2.angle, body_1.speed, body_2.speed
             on_carrier = carrier.angle, carrier.speed, -torque_1 - torque_2
             write(record, k, (*mesh, *power, rub.force, rub.loss, *on_carrier), 0, None)
-        torque_3 = torque_on(state, 2, carrier, -torque_1 - torque_2)
-        torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
-        torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
+        torque_3 = -torque_1 - torque_2
+        torques = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
+        if bodies == 3:
+            torques = torques + (torque_on(state, 2, carrier, torque_3),)
         if modes > 0:
             return torques + as_tuple(ring_at(state.ring).forces, modes)
         return torques
