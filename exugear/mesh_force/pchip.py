@@ -55,9 +55,7 @@ def hermite_slope(t, y_0, m_0, y_1, m_1):
     return weighted(hermite_slope_weights(t), y_0, m_0, y_1, m_1)
 
 
-def monotone_cubics(
-    x: np.ndarray, y: np.ndarray, first: np.ndarray, at: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def monotone_cubics(x: np.ndarray, y: np.ndarray, first: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and slopes (k, m) at increasing at (m,) of monotone curves through rows of x, y (k, n), which increase.
 
     first   (k,) column in which each curve begins
@@ -81,7 +79,7 @@ def _monotone_slopes(x: np.ndarray, y: np.ndarray, first: np.ndarray) -> np.ndar
         m = np.diff(y) / h
         w_1, w_2 = 2 * h[:, 1:] + h[:, :-1], h[:, 1:] + 2 * h[:, :-1]
         mean = (w_1 + w_2) / (w_1 / m[:, :-1] + w_2 / m[:, 1:])
-    np.copyto(d[:, 1:-1], mean, where=m[:, :-1] * m[:, 1:] > 0)
+        np.copyto(d[:, 1:-1], mean, where=m[:, :-1] * m[:, 1:] > 0)
     second, last_but_one = np.minimum(first + 1, last), np.maximum(first, last - 1)
     d[rows, first] = _end_slopes(h[rows, first], h[rows, second], m[rows, first], m[rows, second])
     d[:, -1] = _end_slopes(h[:, -1], h[rows, last_but_one], m[:, -1], m[rows, last_but_one])

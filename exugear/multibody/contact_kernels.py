@@ -116,9 +116,8 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
             on_carrier = carrier.angle, carrier.speed, -torque_1 - torque_2
             write(record, k, (*mesh, *power, rub.force, rub.loss, *on_carrier), 0, None)
         torque_3 = -torque_1 - torque_2
-        torques = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
-        if bodies == 3:
-            torques = torques + (torque_on(state, 2, carrier, torque_3),)
+        torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
+        torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_on(state, 2, carrier, torque_3))
         if modes > 0:
             return torques + as_tuple(ring_at(state.ring).forces, modes)
         return torques

@@ -9,8 +9,8 @@ there, and works without them.
   the functions that a root calls are neither optimized nor translated, but linked to it.
 - Types are inferred once (`types_inferred_once`). Wherever an operation occurs, numba tries the overloads of its name
   in turn, of which an index or a product has dozens. That takes a sixth of the time that is left.
-- Between the passes over a function numba computes the lifetimes of its variables some nine times, of which the last
-  ones count, and the text of its types for listeners (`without_idle_work`). That takes a tenth of what is left.
+- Between the passes over a function numba computes the lifetimes of its variables some nine times, of which three
+  count, and the text of its types for listeners (`without_idle_work`). That takes a tenth of what is left.
 - A version of a function for each whole number that a caller knows would add a fifth to the functions of a contact on
   bearings (`Callee.get_call_template`).
 - Code on disk is renewed when the source of a callee changes, and survives damaged files (`stamped_cache`): numba
