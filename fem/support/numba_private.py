@@ -16,7 +16,7 @@ there, and works without them.
 - Code on disk is renewed when the source of a callee changes, and survives damaged files (`stamped_cache`): numba
   itself checks the file of the function alone.
 
-Together they make the first compilation 2.6 times as fast.
+Together they make the first compilation three times as fast (shafts that spin 3.1, on bearings 3.4 times).
 """
 
 from collections.abc import Iterator
