@@ -38,6 +38,9 @@ from numba.core.types import BaseFunction, IntegerLiteral, Record, Type, unliter
 NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: Numba's type of functions with overloads; its `get_call_type` returns the signature for the types of arguments.
 OVERLOADED: Any = BaseFunction
+#: Numba's class that prepares a function between passes, and its type of records.
+PROCESSOR: Any = PostProcessor
+RECORD: Any = Record
 #: Signatures by function, types of arguments, and the liberties taken with floating-point numbers.
 SIGNATURES: dict[tuple, Any] = {}
 
@@ -205,7 +208,7 @@ def types_inferred_once() -> Iterator[None]:
 @contextmanager
 def without_idle_work() -> Iterator[None]:
     """Context, under numba's lock, in which passes leave out what only generators and object mode need, and texts."""
-    run, text = PostProcessor.run, Record.__repr__
+    run, text = PROCESSOR.run, RECORD.__repr__
 
     def run_before_lowering(processor, emit_dels: bool = False, extend_lifetimes: bool = False):
         function = processor.func_ir
@@ -215,11 +218,11 @@ def without_idle_work() -> Iterator[None]:
             function.blocks = canonicalize_cfg(function.blocks)
             function.variable_lifetime, function.generator_info = VariableLifetime(function.blocks), None
 
-    PostProcessor.run, Record.__repr__ = run_before_lowering, Type.__repr__
+    PROCESSOR.run, RECORD.__repr__ = run_before_lowering, Type.__repr__
     try:
         yield
     finally:
-        PostProcessor.run, Record.__repr__ = run, text
+        PROCESSOR.run, RECORD.__repr__ = run, text
 
 
 def _fast_math() -> frozenset[str]:
