@@ -2,23 +2,34 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from inspect import signature
 from math import copysign
 
+import numpy as np
 import xarray as xr
 
 from exugear.exchange.rexs_bearings import Options
 from exugear.exchange.rexs_file import read_file
 from exugear.exchange.rexs_loads import load_case, raw_cases, torque_balance
-from exugear.exchange.rexs_meshes import constant_map, mesh_of
 from exugear.exchange.rexs_reading import Account, Reading
 from exugear.exchange.rexs_train import Mesh, Set, Train
 from exugear.gearbox.gearbox import Gearbox
 from exugear.operation.load_spectrum import LoadCase, LoadSpectrum
+from fem.pair import iso6336
+from fem.pair.offsets import Offsets
+from fem.pair.pair import GearPair
+from fem.ste.ste_map import ste_map
+from fem.ste.transmission import static_transmission_error
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.validation import require, require_within
 
 #: Torque on the driving shaft [N m] where a file holds none.
 ASSUMED_TORQUE = 100.0
+#: Torques of a map over the largest one of the load cases.
+LOAD_SHARES = 0.0, 0.1, 0.3, 0.6, 1.0, 1.5
+MAP_PHASES = 20
+#: Axial offset from which on a map counts it [m].
+LEAST_AXIAL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +146,7 @@ def _gearbox(
         stages = [next(sequence) for _ in range(2 * len(member.planets) if isinstance(member, Set) else 1)]
         for (pair, offset), (stage, force) in zip(pairs, stages, strict=False):
             axial = copysign(1.0, trial.ratios.get(stage.fast.name) or 1.0) * offset
-            laws.append(mesh_of(mesh, pair, force * pair.pinion.r_b, axial, progress=progress))
+            laws.append(_mesh_of(mesh, pair, force * pair.pinion.r_b, axial, progress=progress))
     return train.gearbox(members, laws, damping_ratio, **ends), cases
 
 
@@ -151,7 +162,7 @@ def _ends(train: Train, members: list[Mesh | Set], first: str) -> dict[str, str]
 def _with_constant_laws(train: Train, members: list[Mesh | Set], damping_ratio: float, ends: dict[str, str]) -> Gearbox:
     """The gearbox with laws that are there at once, for its ratios and mesh forces."""
     pairs = [(pair, offset) for member in members for pair, offset in train.pairs(member)]
-    laws: list[xr.Dataset] = [constant_map(pair, 100.0, 0.0) for pair, _ in pairs]
+    laws: list[xr.Dataset] = [_constant_map(pair, 100.0, 0.0) for pair, _ in pairs]
     return train.gearbox(members, laws, damping_ratio, **ends)
 
 
@@ -162,3 +173,31 @@ def _largest_forces(reading: Reading, gearbox: Gearbox, cases: list[LoadCase]) -
         reading.account.assumed("meshes", f"{ASSUMED_TORQUE:g} N m on the driving shaft, as the file holds no torque")
         load = ASSUMED_TORQUE / abs(gearbox.ratios[gearbox.driven.name])
     return [abs(force) for force in gearbox.static_forces(load)]
+
+
+def _mesh_of(mesh: str | Callable, pair: GearPair, torque: float, axial: float, *, progress: bool) -> xr.Dataset:
+    """Map of a pair up to 1.5 times its torque [N m], whose wheel stands an axial offset [m] from its pinion.
+
+    axial   > 0 along the z axis of the map, about which the mesh force turns the pinion clockwise
+    """
+    axial = axial if abs(axial) > LEAST_AXIAL else 0.0
+    if callable(mesh):
+        return mesh(pair, torque, **{"offsets": Offsets(axial=axial)} if axial and _takes_offsets(mesh) else {})
+    if mesh == "iso6336":
+        return _constant_map(pair, torque, axial)
+    torques, offsets = torque * np.array(LOAD_SHARES), Offsets(axial=axial) if axial else None
+    return static_transmission_error(pair, torques, MAP_PHASES, offsets=offsets, progress=progress)
+
+
+def _takes_offsets(mesh: Callable) -> bool:
+    """Whether a function of pair and torque takes the offsets between the gears, too."""
+    return "offsets" in signature(mesh).parameters
+
+
+def _constant_map(pair: GearPair, torque: float, axial: float) -> xr.Dataset:
+    """Map of the mean mesh stiffness of ISO 6336-1, method B: its transmission error is the same at all phases."""
+    torques = torque * np.array(LOAD_SHARES)
+    stiffness = iso6336.mesh_stiffness(pair) * pair.b
+    te = np.repeat((torques / (pair.pinion.r_b * stiffness))[:, None], 4, axis=1)
+    ste = ste_map(pair, torques, np.arange(4) / 4, te)
+    return ste.assign_attrs(axial=axial) if axial else ste

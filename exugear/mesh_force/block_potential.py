@@ -48,13 +48,17 @@ MID_PLANE = Centroid(0.0, 0.0, 0.0)
 
 @compiled(forceinline=True)
 def block_potential(table, block, phase: Cell, deflection, lever):
-    """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
+    """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it.
+
+    lever   None of gears that cannot tilt: the derivative by it is 0
+    """
     extent = range_of(table, block, phase)
-    raw = deflection - extent.unloaded
-    centroid = MID_PLANE
-    if table.has_centroid != 0:
-        centroid = centroid_of_block(table, block, phase, extent, raw)
-    penetration = raw - lever * centroid.value
+    penetration, centroid, tilt = deflection - extent.unloaded, MID_PLANE, 0.0
+    if lever is not None:
+        tilt = lever
+        if table.has_centroid != 0:
+            centroid = centroid_of_block(table, block, phase, extent, penetration)
+            penetration -= tilt * centroid.value
     if penetration <= 0.0:
         return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
     share = penetration / extent.largest
@@ -63,7 +67,7 @@ def block_potential(table, block, phase: Cell, deflection, lever):
     load = load_cell(table, share)
     w = patch(table, table.potentials_start, block, phase, load)
     u = (load.low + load.share) / table.penetration_steps
-    return derivatives(extent, centroid, penetration, lever, w, u)
+    return derivatives(extent, centroid, penetration, tilt, w, u)
 
 
 @compiled(forceinline=True)

@@ -69,27 +69,26 @@ MOST_REDUCED = 8
 
 @cache
 def mesh_forces(has_offsets: bool):
-    """The compiled function (table, phase, deflection, rate, *offsets) -> force [N] on the flank in contact.
+    """The compiled function (force, table, phase, deflection, rate, *offsets), which writes the force [N].
 
-    All arguments but the table are arrays (n,). The force is > 0 on the driving flank, < 0 on the back flank.
+    All arguments but the table are arrays (n,). The force is that on the flank in contact, > 0 on the driving flank,
+    < 0 on the back flank.
     """
 
     @kept
-    def forces(table, phase, deflection, rate, a, misalignment, axial):
-        force = np.empty(phase.size)
+    def write_forces(force, table, phase, deflection, rate, *offsets):
         for i in range(phase.size):
             drives = deflection[i] >= -0.5 * table.backlash
             at = phase[i] if drives else table.back_phase - phase[i]
             y = deflection[i] if drives else -(deflection[i] + table.backlash)
             of_flank = table_of(table, 1.0 if drives else -1.0)
             if has_offsets:
-                static = static_force(of_flank, at, y, a[i], misalignment[i], axial[i])
+                static = static_force(of_flank, at, y, offsets[0][i], offsets[1][i], offsets[2][i])
             else:
                 static = spinning_force(of_flank, at, y)
             force[i] = (static.force if drives else -static.force) + damping(table, static.penetration) * rate[i]
-        return force
 
-    return forces
+    return write_forces
 
 
 @checked
@@ -374,13 +373,16 @@ class MeshForce:
         unknown = set(offsets) ^ set(self.offsets)
         remedy = self._to_map(set(offsets) - set(self.offsets)) or "; give each a value"
         require(not unknown, f"offsets must be {list(self.offsets)}, got {list(offsets)}{remedy}")
-        arguments = {"phase": phase, "deflection": deflection, "rate": rate} | dict.fromkeys(OFFSETS, 0.0) | offsets
+        all_offsets = dict.fromkeys(OFFSETS, 0.0) | offsets if self.offsets else {}
+        arguments = {"phase": phase, "deflection": deflection, "rate": rate} | all_offsets
         values = np.broadcast_arrays(*(numbers(name, x) for name, x in arguments.items()))
         for name, value in zip(arguments, values, strict=True):
             require_finite(name, value)
+        force = np.empty(values[0].shape)
         try:
             flat = (np.ascontiguousarray(x).ravel() for x in values)
-            return mesh_forces(bool(self.offsets))(self.table.head, *flat).reshape(values[0].shape)
+            mesh_forces(bool(self.offsets))(force.reshape(-1), self.table.head, *flat)
+            return force
         except ValueError as error:
             raise ValueError(beyond_map(self.table.head, error.args)) from None
 
@@ -447,12 +449,13 @@ class MeshForce:
         largest, end = float(self(phase, top)), top + 0.5 * CONTINUED * (top - low)
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
         require(0 <= force <= float(self(phase, end)), f"force {remedy}; extend the map to a larger torque")
-        forces, head = mesh_forces(False), self.table.head
-        at, deflection, zero = np.array([float(phase)]), np.empty(1), np.zeros(1)
+        write_forces, head = mesh_forces(False), self.table.head
+        at, deflection, at_rest, value = np.array([float(phase)]), np.empty(1), np.zeros(1), np.empty(1)
 
         def missing(x: float) -> float:
             deflection[0] = x
-            return forces(head, at, deflection, zero, zero, zero, zero)[0] - force
+            write_forces(value, head, at, deflection, at_rest)
+            return value[0] - force
 
         return scipy.optimize.brentq(missing, low, end, xtol=FINEST)
 

@@ -53,8 +53,11 @@ def damping(table, penetration):
 
 @compiled(forceinline=True)
 def spinning_force(table, phase, deflection):
-    """`StaticForce` of a flank by its table, of a law without offsets; ValueError as of `potential` beyond it."""
-    u = potential(table, block_number(table, 0, 0, 0), phase_cell(table, phase), deflection, 0.0)
+    """`StaticForce` of a flank by its table, of a law without offsets between gears that cannot tilt.
+
+    Raises ValueError as `potential` beyond the table.
+    """
+    u = potential(table, block_number(table, 0, 0, 0), phase_cell(table, phase), deflection, None)
     by_phase = u.by_phase if table.conserves != 0 else 0.0
     return StaticForce(
         u.energy, max(u.penetration, 0.0), u.force, u.stiffness, u.force_by_phase, by_phase, 0.0, u.by_lever, 0.0

@@ -46,18 +46,21 @@ def packed(records: Sequence[np.record]) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(parts), np.cumsum([0, *(part.nbytes for part in parts[:-1])])
 
 
+def value_at(kind) -> Any:
+    """The function for kernels: address -> what lies there, of a numba type of pointers or records."""
+
+    def at_address(typing_context, address):
+        def code(context, builder, signature, arguments):
+            return builder.inttoptr(arguments[0], context.get_value_type(kind))
+
+        return kind(address), code
+
+    return intrinsic(at_address)
+
+
 def pointer_to(kind) -> Any:
     """The function for kernels: address -> pointer to values of a numba type."""
-
-    def to_pointer(typing_context, address):
-        pointer = types.CPointer(kind)
-
-        def code(context, builder, signature, arguments):
-            return builder.inttoptr(arguments[0], context.get_value_type(pointer))
-
-        return pointer(address), code
-
-    return intrinsic(to_pointer)
+    return value_at(types.CPointer(kind))
 
 
 def _start_of(typing_context, record):
@@ -75,13 +78,16 @@ doubles_at = pointer_to(types.float64)
 
 def behind(kind: np.dtype) -> Any:
     """The function for kernels: (record, start) -> the record of a type that begins there, in bytes from the first."""
-    pointer = pointer_to(from_dtype(kind))
+    of_kind = from_dtype(kind)
 
-    @compiled
-    def record_behind(record, start):
-        return carray(pointer(start_of(record) + start), 1)[0]
+    def record_behind(typing_context, record, start):
+        def code(context, builder, signature, arguments):
+            address = builder.ptrtoint(arguments[0], context.get_value_type(types.int64))
+            return builder.inttoptr(builder.add(address, arguments[1]), context.get_value_type(of_kind))
 
-    return record_behind
+        return of_kind(record, types.int64), code
+
+    return intrinsic(record_behind)
 
 
 @compiled
@@ -98,11 +104,11 @@ def array_behind(record, start, shape):
 
 def within(kind: np.dtype) -> Any:
     """The function for kernels: (array of floats, start) -> the record of a type that begins there, in bytes."""
-    pointer = pointer_to(from_dtype(kind))
+    record_at = value_at(from_dtype(kind))
 
     @compiled
     def record_within(values, start):
-        return carray(pointer(np.intp(values.ctypes.data) + start), 1)[0]
+        return record_at(np.intp(values.ctypes.data) + start)
 
     return record_within
 

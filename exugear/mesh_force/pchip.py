@@ -1,7 +1,8 @@
 """Cubic Hermite polynomials, monotone piecewise cubic curves (Fritsch & Butland 1984), and periodic ones over phase.
 
-The curves equal those of scipy's PchipInterpolator, which builds an object for each: 110 us for a curve of 200 points,
-against 1.8 us by these kernels. A map with two axes of five offsets has 12,800 curves.
+The curves equal those of scipy's PchipInterpolator, which takes points x that are the same for all curves, and builds
+an object for each where they are not: 110 us for a curve of 200 points, against 9 us for one of many here. A map with
+two axes of five offsets has 12,800 curves.
 """
 
 from collections.abc import Iterable
@@ -10,7 +11,7 @@ import numpy as np
 import scipy
 
 from fem.ste.ste_map import periodic_spline
-from fem.support.numba_cache import compiled, kept
+from fem.support.numba_cache import compiled
 
 #: Share of the range of a quantity by which a spline may overshoot the values beside it; beyond, they jump.
 OVERSHOOT = 0.01
@@ -54,57 +55,42 @@ def hermite_slope(t, y_0, m_0, y_1, m_1):
     return weighted(hermite_slope_weights(t), y_0, m_0, y_1, m_1)
 
 
-@compiled
-def end_slope(h_0, h_1, m_0, m_1):
-    """Slope at an end of the curve from the two nearest intervals h and secants m, limited to keep it monotone."""
-    slope = ((2.0 * h_0 + h_1) * m_0 - h_0 * m_1) / (h_0 + h_1)
-    if slope * m_0 <= 0.0:
-        return 0.0
-    return 3.0 * m_0 if m_0 * m_1 <= 0.0 and abs(slope) > 3.0 * abs(m_0) else slope
-
-
-@compiled
-def monotone_slopes(x, y):
-    """Slopes (n,) of the monotone curve at the points x, y (n,)."""
-    n, d, h, m = x.size, np.zeros(x.size), np.empty(x.size - 1), np.empty(x.size - 1)
-    for k in range(n - 1):
-        h[k] = x[k + 1] - x[k]
-        m[k] = (y[k + 1] - y[k]) / h[k]
-    if n == 2:
-        d[0] = d[1] = m[0]
-        return d
-    for k in range(1, n - 1):
-        if m[k - 1] * m[k] > 0.0:
-            w_1, w_2 = 2.0 * h[k] + h[k - 1], h[k] + 2.0 * h[k - 1]
-            d[k] = (w_1 + w_2) / (w_1 / m[k - 1] + w_2 / m[k])
-    d[0] = end_slope(h[0], h[1], m[0], m[1])
-    d[-1] = end_slope(h[-1], h[-2], m[-1], m[-2])
-    return d
-
-
-@compiled
-def write_monotone_cubic(x, y, at, values, slopes):
-    """Write values and slopes (m,) of a monotone curve through x, y (n,) at increasing at (m,) within increasing x."""
-    d, i = monotone_slopes(x, y), 0
-    for j in range(at.size):
-        while i < x.size - 2 and x[i + 1] < at[j]:
-            i += 1
-        h = x[i + 1] - x[i]
-        t = (at[j] - x[i]) / h
-        values[j] = hermite(t, y[i], h * d[i], y[i + 1], h * d[i + 1])
-        slopes[j] = hermite_slope(t, y[i], h * d[i], y[i + 1], h * d[i + 1]) / h
-
-
-@kept
-def monotone_cubics(x, y, first, at):
+def monotone_cubics(x: np.ndarray, y: np.ndarray, first: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and slopes (k, m) at increasing at (m,) of monotone curves through rows of x, y (k, n), which increase.
 
     first   (k,) column in which each curve begins
     """
-    values, slopes = np.empty((first.size, at.size)), np.empty((first.size, at.size))
-    for i in range(first.size):
-        write_monotone_cubic(x[i, first[i] :], y[i, first[i] :], at, values[i], slopes[i])
-    return values, slopes
+    begin, rows = first[:, None], np.arange(first.size)[:, None]
+    x = np.where(np.arange(x.shape[1]) < begin, x[rows, begin], x)
+    d = _monotone_slopes(x, y, first)
+    i = np.maximum(np.array([points.searchsorted(at) for points in x[:, 1:-1]]), begin) + rows * x.shape[1]
+    start, step = x.take(i), x.take(i + 1)
+    step -= start
+    ends = y.take(i), step * d.take(i), y.take(i + 1), step * d.take(i + 1)
+    t = (at - start) / step
+    values, by_t = (weighted.py_func(weights.py_func(t), *ends) for weights in (hermite_weights, hermite_slope_weights))
+    return values, by_t / step
+
+
+def _monotone_slopes(x: np.ndarray, y: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Slopes (k, n) of the monotone curves at their points."""
+    h, d, rows, last = np.diff(x), np.zeros(x.shape), np.arange(first.size), x.shape[1] - 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        m = np.diff(y) / h
+        w_1, w_2 = 2 * h[:, 1:] + h[:, :-1], h[:, 1:] + 2 * h[:, :-1]
+        mean = (w_1 + w_2) / (w_1 / m[:, :-1] + w_2 / m[:, 1:])
+        np.copyto(d[:, 1:-1], mean, where=m[:, :-1] * m[:, 1:] > 0)
+    second, last_but_one = np.minimum(first + 1, last), np.maximum(first, last - 1)
+    d[rows, first] = _end_slopes(h[rows, first], h[rows, second], m[rows, first], m[rows, second])
+    d[:, -1] = _end_slopes(h[:, -1], h[rows, last_but_one], m[:, -1], m[rows, last_but_one])
+    return d
+
+
+def _end_slopes(h_0: np.ndarray, h_1: np.ndarray, m_0: np.ndarray, m_1: np.ndarray) -> np.ndarray:
+    """Slopes at ends of curves from the two nearest intervals h and secants m, limited to keep the curves monotone."""
+    slope = ((2 * h_0 + h_1) * m_0 - h_0 * m_1) / (h_0 + h_1)
+    limited = np.where((m_0 * m_1 <= 0) & (np.abs(slope) > 3 * np.abs(m_0)), 3 * m_0, slope)
+    return np.where(slope * m_0 <= 0, 0, limited)
 
 
 def periodic_cubics(

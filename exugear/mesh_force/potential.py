@@ -29,9 +29,12 @@ STEP = 1e-4
 
 @compiled(forceinline=True)
 def potential(table, block, phase: Cell, deflection, lever):
-    """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
+    """`Potential` of a block; lever None of gears that cannot tilt.
+
+    Raises ValueError(deflection, largest deflection, nan, nan, side) beyond it.
+    """
     if table.teeth != 0:
-        return composed_potential(table, block, phase, deflection, lever)
+        return composed_potential(table, block, phase, deflection, 0.0 if lever is None else lever)
     return block_potential(table, block, phase, deflection, lever)
 
 

@@ -34,8 +34,8 @@ class PhaseCurves(NamedTuple):
     unloaded        deflection at which the flanks touch [m]
     largest         penetration at the end of the table [m]
     largest_force   of the law [N]
-    secant          secant stiffness over `U` [N/m], and its slope over u, at all phases per step of u
-    centroid        axial force centroid over `U` [m], and its slope likewise
+    secant          secant stiffness over `U` [N/m], and its slope per step of u
+    centroid        axial force centroid over `U` [m], and its slope likewise; one column of zeros where there is none
     tangent         tangent stiffness over `U` [N/m]
     """
 
@@ -148,11 +148,7 @@ def _block(
     deflection, force, centroid   (n_phase, n_deflection) over the given phases
     uniform                       (phase_steps,) phases of the table, over a number of pitches
     """
-    curves = _curves_at_phases(deflection, force, centroid, largest_force)
-    slopes = _smoothed(curves.secant, curves.secant_slope), _smoothed(curves.centroid, curves.centroid_slope)
-    curves = curves._replace(secant_slope=slopes[0], centroid_slope=slopes[1])
-    if not has_centroid:
-        curves = curves._replace(centroid=np.zeros((len(phase), 1)), centroid_slope=np.zeros((len(phase), 1)))
+    curves = _curves_at_phases(deflection, force, centroid if has_centroid else None, largest_force)
     resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform, pitches))
     edges = np.empty(uniform.size, EDGE)
     edges["unloaded"], edges["unloaded_slope"] = resampled.unloaded
@@ -177,7 +173,7 @@ def _nodes(values, slopes, curve_of) -> np.ndarray:
 
 
 def _curves_at_phases(deflection, force, centroid, largest_force) -> PhaseCurves:
-    """The curves at all phases, over (n_phase, n_deflection) deflections."""
+    """The curves at all phases, over (n_phase, n_deflection) deflections; centroid: None of a law without one."""
     columns = np.arange(force.shape[1])
     contact = np.where(force == 0, columns, 0).max(axis=1)
     loaded, (at, beside) = columns > contact[:, None], (np.arange(contact.size), contact + 1)
@@ -186,13 +182,17 @@ def _curves_at_phases(deflection, force, centroid, largest_force) -> PhaseCurves
     largest = penetration[:, -1]
     k = np.divide(force, penetration, out=np.zeros(force.shape), where=loaded)
     k[at, contact] = k[at, beside]
-    centroid = centroid.copy()
-    centroid[at, contact] = centroid[at, beside]
     u = (penetration / largest[:, None]) ** 0.25
     secant, slope = monotone_cubics(u, k, contact, U)
-    at_nodes, centroid_slope = monotone_cubics(u, centroid, contact, U)
     tangent = secant + 0.25 * U * slope
-    return PhaseCurves(unloaded, largest, largest_force, secant, slope, at_nodes, centroid_slope, tangent)
+    at_nodes = centroid_slope = np.zeros((contact.size, 1))
+    if centroid is not None:
+        centroid = centroid.copy()
+        centroid[at, contact] = centroid[at, beside]
+        at_nodes, centroid_slope = monotone_cubics(u, centroid, contact, U)
+        centroid_slope = _smoothed(at_nodes, centroid_slope)
+    edges = unloaded, largest, largest_force
+    return PhaseCurves(*edges, secant, _smoothed(secant, slope), at_nodes, centroid_slope, tangent)
 
 
 def _smoothed(value: np.ndarray, slope: np.ndarray) -> np.ndarray:

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import carray, from_dtype, types
+from numba import from_dtype, types
 from numba.extending import intrinsic
 from numba.np.unsafe import ndarray
 
-from exugear.mesh_force.kernel_records import pointer_to
-from fem.support.numba_cache import compiled
+from exugear.mesh_force.kernel_records import pointer_to, value_at
 
 #: The function for kernels: (array, n) -> its n floats as a tuple.
 as_tuple: Any = ndarray.to_fixed_tuple
@@ -36,13 +35,7 @@ def floats_of(record: np.record) -> np.ndarray:
 
 def reader(kind: np.dtype) -> Any:
     """The function for kernels: address -> the record of a type that begins there."""
-    pointer = pointer_to(from_dtype(kind))
-
-    @compiled
-    def record_at(address):
-        return carray(pointer(address), 1)[0]
-
-    return record_at
+    return value_at(from_dtype(kind))
 
 
 def _put_all(typing_context, address, values):

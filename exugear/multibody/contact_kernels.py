@@ -113,11 +113,11 @@ def _spin_contact(bodies: int, rubs: int, modes: int):
         if k >= 0:
             mesh = motion.advance + lag, force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
             power = push.static.energy, dissipation, body_1.angle, body_2.angle, body_1.speed, body_2.speed
-            carried = carrier.angle, carrier.speed, -torque_1 - torque_2
-            write(record, k, mesh, power, (rub.force, rub.loss), carried, 0, None)
-        torque_3 = torque_on(state, 2, carrier, -torque_1 - torque_2)
+            on_carrier = carrier.angle, carrier.speed, -torque_1 - torque_2
+            write(record, k, (*mesh, *power, rub.force, rub.loss, *on_carrier), 0, None)
+        torque_3 = -torque_1 - torque_2
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
-        torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_3)
+        torques = (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, torque_on(state, 2, carrier, torque_3))
         if modes > 0:
             return torques + as_tuple(ring_at(state.ring).forces, modes)
         return torques
@@ -323,7 +323,7 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
             power = push.static.energy, dissipation, *spins, *speeds
             motions = body_1.q, body_2.q, body_1.v, body_2.v
             on_carrier = carrier.angle, carrier.speed, torque_3
-            write(record, k, mesh, power, (rub.force, rub.loss), on_carrier, components, motions)
+            write(record, k, (*mesh, *power, rub.force, rub.loss, *on_carrier), components, motions)
         spun_1, spun_2 = torque_on(state, 0, spin_1, f[5]), torque_on(state, 1, spin_2, g[5])
         if carried == 1:
             torques = spun_1, spun_2, torque_on(state, 2, carrier, torque_3)

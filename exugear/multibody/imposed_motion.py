@@ -8,7 +8,6 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import carray
 
 from exugear.contact.body_motion import BodyMotion
 from exugear.gearbox.shaft import Coupling
@@ -46,7 +45,7 @@ def imposed_spin(address, t):
     """The `Spin` at t by the `PIECES` of an angle at an address."""
     angle = pieces_at(address)
     i, s = piece_at(angle, t)
-    c = carray(doubles_at(angle.coefficients + PIECE_SIZE * i), 5)
+    c = doubles_at(angle.coefficients + PIECE_SIZE * i)
     return Spin(
         c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * c[4]))),
         c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * 4.0 * c[4])),

@@ -377,7 +377,7 @@ def acceleration_with_events(law, steps, motion, beside, offsets, acceleration, 
     acceleration      of the coordinates that are not imposed, at the beginning of the step [m/s^2]
     change_expected   of it in the step where nothing happens [m/s^2]
     """
-    h, h2, beta_h2, gamma_h = steps.duration, steps.duration**2, steps.deflection, steps.rate
+    h, h2, beta_h2, gamma_h = steps.duration, steps.duration * steps.duration, steps.deflection, steps.rate
     earlier, pulse, next_pulse = steps.pulse, steps.next_pulse, 0.0
     x, v = steps.shift + h * steps.shift_rate, steps.shift_rate
     x, v = x - (0.5 * h2 - beta_h2) * earlier, v - gamma_h * earlier

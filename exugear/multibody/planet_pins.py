@@ -41,7 +41,7 @@ from exugear.mesh_force.kernel_records import record_type
 from exugear.multibody.addresses import address_of, reader
 from exugear.multibody.direct_call import direct
 from exugear.multibody.imposed_motion import spin_of
-from exugear.multibody.recorder import BodyRecorder, body_header_at, sample_of, store
+from exugear.multibody.recorder import BodyRecorder, header_at, sample_of, store
 from exugear.multibody.rolling_bearings import law_at
 from exugear.multibody.step_ends import StepEnds, at_step_end, for_newton, keep_step_ends
 from exugear.rolling_bearings.law import LawRecord, reaction
@@ -212,7 +212,7 @@ def pin_forces(pin, t, recorder, carrier, planet):
         deflections = d_x * u_x + d_y * u_y, d_y * u_x - d_x * u_y
         rates = w_x * u_x + w_y * u_y, w_y * u_x - w_x * u_y
         motion = angle, omega, torque, c_x, c_y, vc_x, vc_y, vp_x, vp_y
-        store(body_header_at(recorder).samples, k, (*deflections, *rates, *motion))
+        store(header_at(recorder).samples, k, (*deflections, *rates, *motion))
     on_spin = torque + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
     return (e_x + f_x, e_y + f_y, on_spin), (-e_x - f_x, -e_y - f_y, 0.0)
 
@@ -284,7 +284,7 @@ def pin_forces_in_space(pin, t, recorder, carrier, planet):
         centre = q_c[0], q_c[1], q_c[2], q_c[3], q_c[4], v_c[0], v_c[1], v_c[2], v_c[3], v_c[4]
         velocity = v_p[0], v_p[1], v_p[2], v_p[3], v_p[4], angles_p[1]
         motion = spin.angle, spin.speed, torque
-        store(body_header_at(recorder).samples, k, (*deflections, *rates, *motion, *centre, *velocity))
+        store(header_at(recorder).samples, k, (*deflections, *rates, *motion, *centre, *velocity))
     on_spin = torque + pin.torque if pin.imposed == 0 else pin.inertia * spin.acceleration
     return (*pushed, a_c, b_c, on_spin), (-pushed[0], -pushed[1], -pushed[2], a_p, b_p, 0.0)
 

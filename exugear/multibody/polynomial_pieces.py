@@ -1,7 +1,6 @@
 """Polynomials between knots as kernels read them: imposed angles over time, torques over time, speed or angle."""
 
 import numpy as np
-from numba import carray
 
 from exugear.mesh_force.kernel_records import doubles_at, record_type
 from exugear.multibody.addresses import reader
@@ -27,7 +26,7 @@ def pieces_record(knots: np.ndarray, coefficients: np.ndarray) -> tuple[np.recor
 @compiled
 def piece_at(pieces, x):
     """Number of the piece of `PIECES` at x, and x counted from its lower knot."""
-    knots, i = carray(doubles_at(pieces.knots), pieces.number + 1), pieces.last
+    knots, i = doubles_at(pieces.knots), pieces.last
     while i > 0 and x < knots[i]:
         i -= 1
     while i < pieces.number - 1 and x >= knots[i + 1]:

@@ -39,29 +39,17 @@ FRICTION_IN_RUNS = {
     "friction_force": ("N", "friction between the teeth, along the flanks"),
     "friction_loss": ("W", "power that friction between the teeth dissipates"),
 }
-#: Quantities by the field of the header with the addresses of their arrays.
-KINDS = {
-    "samples": NAMES,
-    "motions": MOTION_NAMES,
-    "powers": POWER_NAMES,
-    "carrier": CARRIER_NAMES,
-    "friction": FRICTION_NAMES,
-}
+#: Quantities in the order of their addresses in the header of a contact's recorder.
+SCALARS = (*NAMES, *POWER_NAMES, *FRICTION_NAMES, *CARRIER_NAMES)
+#: Room for the addresses of samples.
+MOST_SAMPLES = 30
 #: Time between samples [s], the share of it by which the time of a call may differ from that of a sample, the number of
 #: samples, the interval after t = 0 at whose end the first is taken, and the addresses of the arrays of all quantities
-#: (0: not recorded).
+#: (0: not recorded), of a contact `SCALARS` and then `MOTION_NAMES`.
 HEADER = record_type(
-    *(("interval", "f8"), ("tolerance", "f8"), ("number", "i8"), ("first", "i8")),
-    *(("samples", "i8", len(NAMES)), ("motions", "i8", len(MOTION_NAMES))),
-    *(("powers", "i8", len(POWER_NAMES)), ("carrier", "i8", len(CARRIER_NAMES))),
-    ("friction", "i8", len(FRICTION_NAMES)),
-)
-#: Header of the recorder of a body: the same, with room for more addresses of samples.
-MOST_SAMPLES = 30
-BODY_HEADER = record_type(
     *(("interval", "f8"), ("tolerance", "f8"), ("number", "i8"), ("first", "i8"), ("samples", "i8", MOST_SAMPLES)),
 )
-header_at, body_header_at = reader(HEADER), reader(BODY_HEADER)
+header_at = reader(HEADER)
 #: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
 #: steps after 1e7 of them.
 SAME = 0.25
@@ -88,32 +76,27 @@ def recorded_components(*kinds: BodyKind) -> int:
 
 @compiled
 def store(addresses, k, values):
-    """Store sample k of some quantities in the arrays at these addresses, if they are recorded."""
-    if addresses[0] != 0:
-        for i in range(len(values)):
+    """Store sample k of quantities in the arrays at these addresses, if they are recorded."""
+    for i in range(len(values)):
+        if addresses[i] != 0:
             doubles_at(addresses[i])[k] = values[i]
 
 
 @apart
-def write(record, k, mesh, power, friction, carrier, components, motions):
+def write(record, k, values, components, motions):
     """Store those quantities of sample k that are recorded.
 
-    mesh, power, friction   values in the order of `NAMES`, `POWER_NAMES`, `FRICTION_NAMES`
-    carrier                 likewise of `CARRIER_NAMES`
-    components              number of displacements and tilts of the bodies; those that they lack stay 0
-    motions                 displacements and velocities (q_1, q_2, v_1, v_2), (6) each; None of bodies that spin
+    values       in the order of `SCALARS`
+    components   number of displacements and tilts of the bodies; those that they lack stay 0
+    motions      displacements and velocities (q_1, q_2, v_1, v_2), (6) each; None of bodies that spin
     """
     header = header_at(record)
-    store(header.samples, k, mesh)
-    store(header.powers, k, power)
-    store(header.friction, k, friction)
-    store(header.carrier, k, carrier)
-    if motions is None:
-        return
-    if header.motions[0] != 0:
+    addresses = header.samples
+    store(addresses, k, values)
+    if motions is not None and addresses[len(values)] != 0:
         for j in range(len(motions)):
             for i in range(components):
-                floats_at(header.motions[j])[i * header.number + k] = motions[j][i]
+                floats_at(addresses[len(values) + j])[i * header.number + k] = motions[j][i]
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,8 +165,8 @@ class Recorder:
             values[:] = np.nan
         samples |= {name: np.zeros((COMPONENTS, number), np.float32) for name in MOTION_NAMES * motion}
         self._hold(samples)
-        for kind, names in KINDS.items():
-            self.header[kind] = [samples[name].ctypes.data for name in names if name in samples] or 0
+        for i, name in enumerate((*SCALARS, *MOTION_NAMES)):
+            self.header.samples[i] = samples[name].ctypes.data if name in samples else 0
         self.header.interval, self.header.tolerance = interval, SAME / steps
         self.header.number, self.header.first = number, first
 
@@ -239,7 +222,7 @@ class BodyRecorder:
 
     names: tuple[str, ...]
     vector_size: int | None = None
-    header: np.record = field(default_factory=lambda: np.zeros(1, BODY_HEADER)[0], init=False, repr=False)
+    header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
     samples: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
 
     def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:

@@ -4,7 +4,6 @@ from functools import cache
 from math import floor, pi
 
 import numpy as np
-from numba import carray
 
 from exugear.mesh_force.kernel_records import doubles_at, record_type
 from exugear.multibody.addresses import address_of, integers_at, reader
@@ -50,7 +49,7 @@ def table_value(shaft, x):
     """Value of the table of a torque at x."""
     table = pieces_at(shaft.table)
     i, s = piece_at(table, x)
-    c = carray(doubles_at(table.coefficients + PIECE_SIZE * i), 4)
+    c = doubles_at(table.coefficients + PIECE_SIZE * i)
     return c[0] + s * (c[1] + s * (c[2] + s * c[3]))
 
 
@@ -73,7 +72,7 @@ def apply_torque(record, recorder, t, angle, speed):
     """The torque about z; adds its change to the forces that the meshes expect to hold, and records the sample."""
     shaft = torque_at(record)
     torque = torque_about_z(shaft, t, angle, speed)
-    states, factors = carray(integers_at(shaft.states), shaft.meshes), carray(doubles_at(shaft.factors), shaft.meshes)
+    states, factors = integers_at(shaft.states), doubles_at(shaft.factors)
     for i in range(shaft.meshes):
         state = state_at(states[i])
         state.holding_force += factors[i] * (torque - shaft.torque)

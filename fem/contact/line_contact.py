@@ -409,8 +409,11 @@ def _yield_to(compliance, lower, rest, rising):
     """Replace loads x by x - L y with (1 + L^T C L) y = L^T C x: what is left of them as the slices yield."""
     n, columns = len(lower), small_systems.indices_of_true(lower[:, 0] > 0)
     right = np.empty((2, columns.size))
-    right[0] = _left(lower, columns, _times(compliance, rest))[0]
-    right[1] = _left(lower, columns, _times(compliance, rising))[0]
+    of_rest = _left(lower, columns, _times(compliance, rest))
+    of_rising = _left(lower, columns, _times(compliance, rising))
+    # assigned as arrays, numba would compile functions of text for the message about their shapes
+    for a in range(columns.size):
+        right[0, a], right[1, a] = of_rest[0, a], of_rising[0, a]
     matrix = _system(lower, columns, compliance)
     small_systems.factorize(matrix)
     small_systems.solve(matrix, right)

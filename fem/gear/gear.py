@@ -8,7 +8,9 @@ from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from math import acos, asin, atan, copysign, cos, hypot, inf, pi, sin, sqrt, tan
 
-from fem.gear import limits, pinion_cutter
+import numpy as np
+
+from fem.gear import pinion_cutter
 from fem.gear.data_sheet import GEAR, RING, DataSheet, listed
 from fem.gear.inspection import Teeth, measures
 from fem.gear.involute import involute
@@ -20,6 +22,7 @@ from fem.microgeometry import flank as flanks
 from fem.microgeometry.flank import Flank, Sides
 from fem.microgeometry.modification import FlankExtent
 from fem.support.arguments import DERIVED
+from fem.support.plausibility import check_module
 from fem.support.representation import short
 from fem.support.validation import as_floats, number, require, require_within, set_fields
 from fem.units import deg, mm
@@ -83,11 +86,11 @@ class Gear:
     def __post_init__(self, h_fP: float | None):
         as_floats(self)
         self._check_teeth_and_material()
-        limits.check_rack(self)
+        _check_rack(self)
         self._fill_defaults(None if h_fP is None else number("h_fP", h_fP))
-        limits.check_sizes(self)
-        limits.check_tip(self)
-        limits.check_root(self)
+        _check_sizes(self)
+        _check_tip(self)
+        _check_root(self)
         if self.support:
             check_supports(self.support, abs(self.r_clamp))
         for side in (self.drive_flank, self.coast_flank):
@@ -100,7 +103,7 @@ class Gear:
         set_fields(self, z=int(z))
         require(isinstance(self.material, Material), f"{steel}, got {self.material!r}")
         set_fields(self, support=supports_of(self.support))
-        limits.check_body_and_tools(self)
+        _check_body_and_tools(self)
         for name in ("d_rim", "d_a", "d_f") if self.internal else ():
             if getattr(self, name) is not None:
                 set_fields(self, **{name: -abs(getattr(self, name))})
@@ -121,9 +124,9 @@ class Gear:
         twice = f"give rho_f of the rack or a fillet, not both: got {self.rho_f} and {self.fillet}"
         require(self.rho_f is None or self.fillet is None, twice)
         if self.internal and self.cutter is None:
-            self._fill("fillet", min(RING_FILLET * self.m_n, ROUNDEST * limits.largest_fillet(self)))
+            self._fill("fillet", min(RING_FILLET * self.m_n, ROUNDEST * _largest_fillet(self)))
         if self.fillet is None and not self.internal:
-            largest = limits.largest_rack_radius(self)
+            largest = _largest_rack_radius(self)
             self._fill("rho_f", min(0.38 * self.m_n, largest) if largest > 0 else 0.38 * self.m_n)
         if not isinstance(self.flank, Sides):
             set_fields(self, flank=flanks.parts_of(self.flank))
@@ -133,7 +136,7 @@ class Gear:
         if cutter.d_a0 is None:
             return
         require(h_fP is None, f"give d_a0 of the cutter or h_fP, not both: got {cutter.d_a0} and {h_fP}")
-        limits.check_thickness(self)
+        _check_thickness(self)
         d_f = 2 * self.generation.a_0 - cutter.d_a0
         self._fill("d_f", d_f)
         cut = f"the cutter of d_a0 = {cutter.d_a0 / mm:.6g} mm cuts d_f = {d_f / mm:.6g} mm, got {self.d_f / mm:.6g} mm"
@@ -356,3 +359,119 @@ class Gear:
             ("s_cn", 2 * r_yn * sin(half), "m", f"normal {meaning}"),
             ("h_ca", height, "m", "height of the tip above that chord"),
         ]
+
+
+def _check_rack(gear: Gear) -> None:
+    """Require a module and angles of a rack."""
+    require_within("m_n", gear.m_n, 0, 100 * mm, unit=mm, remedy="mm (pass metres: 2.6*mm)")
+    check_module(gear.m_n)
+    require_within("alpha_n", gear.alpha_n, 10 * deg, 35 * deg, unit=deg, remedy="deg (pass radians: 20*deg)")
+    require_within("beta", gear.beta, -45 * deg, 45 * deg, unit=deg, remedy="deg (pass radians: 15*deg)")
+
+
+def _check_body_and_tools(gear: Gear) -> None:
+    """Require the diameter where the body is clamped, and tools that can cut the teeth."""
+    if gear.cutter is not None:
+        require(isinstance(gear.cutter, PinionCutter), f"cutter must be a fem.PinionCutter, got {gear.cutter!r}")
+    if not gear.internal:
+        bore = f"d_bore must be given, the diameter where the body is clamped, got z = {gear.z} without it"
+        require(gear.d_bore is not None, f"{bore}; a gear without a bore has none, clamp it at the shaft's diameter")
+        outside = f"d_rim belongs to internal gears, with z < 0, got d_rim = {gear.d_rim} of z = {gear.z}"
+        require(gear.d_rim is None, f"{outside}; pass z={-gear.z}, or d_bore")
+        cut = f"cutter generates internal gears, with z < 0, got {gear.cutter} of z = {gear.z}"
+        require(gear.cutter is None, f"{cut}; the root of an external gear is that of a rack (rho_f) or a fillet")
+        held = f"support holds the rim of an internal gear, with z < 0, got {gear.support} of z = {gear.z}"
+        require(not gear.support, f"{held}; an external gear is clamped at d_bore")
+        return
+    rim = f"d_rim must be given, the outer diameter of an internal gear where its rim is clamped, got z = {gear.z}"
+    require(gear.d_rim is not None, f"{rim} without it")
+    bore = f"d_bore belongs to external gears, got d_bore = {gear.d_bore} of z = {gear.z}"
+    require(gear.d_bore is None, f"{bore}; pass d_rim, where the rim of the internal gear is clamped")
+    rack = f"rho_f is the tip radius of a rack, which cannot cut the internal gear of z = {gear.z}, got {gear.rho_f}"
+    require(gear.rho_f is None, f"{rack}; pass cutter=fem.PinionCutter(...) or a fillet")
+    twice = f"give a fillet or a cutter, not both: got {gear.fillet} and {gear.cutter}"
+    require(gear.fillet is None or gear.cutter is None, twice)
+
+
+def _check_thickness(gear: Gear) -> None:
+    """Require a tooth thickness between nothing and a whole pitch."""
+    thinnest = 2 * gear.x * gear.m_n * tan(gear.alpha_n)
+    thick = f"mm (between nothing and a whole pitch on the circle shifted by x = {gear.x:.4g} modules)"
+    require_within("s_n", gear.s_n, thinnest, thinnest + pi * gear.m_n, unit=mm, remedy=thick)
+
+
+def _check_sizes(gear: Gear) -> None:
+    """Require a face width, a tooth thickness and diameters that fit one another; those of a ring are < 0."""
+    m_n, shifted = gear.m_n, f"circle shifted by x = {gear.x:.4g} modules"
+    middle = 2 * gear.r + 2 * gear.x * m_n
+    require_within("b", gear.b, 0.1 * m_n, 200 * m_n, unit=mm, remedy="mm (pass metres: 23*mm)")
+    _check_thickness(gear)
+    if gear.internal:
+        inside = (
+            f"the tip circle of an internal gear must lie outside its base circle, d_b = {2 * gear.r_b / mm:.6g} mm"
+        )
+        shorter = "shorten its teeth by d_a, reduce x, or raise the number of teeth"
+        require(gear.d_a < 2 * gear.r_b * (1 + 1e-9), f"{inside}, got d_a = {gear.d_a / mm:.6g} mm; {shorter}")
+        lowest_tip, tip, side = middle - 8 * m_n, "", "outside"
+        body, d_body, lowest_body = "d_rim", gear.d_rim, 10 * gear.d_f
+    else:
+        lowest_tip, tip, side = 2 * gear.r_b, "above the base circle, ", "below"
+        body, d_body, lowest_body = "d_bore", gear.d_bore, 0.0
+    near = f"within 4 modules of the {shifted}"
+    require_within("d_a", gear.d_a, lowest_tip, middle + 8 * m_n, unit=mm, remedy=f"mm ({tip}{near})")
+    root = f"mm ({side} the tip circle d_a = {gear.d_a / mm:g} mm, {near})"
+    require_within("d_f", gear.d_f, middle - 8 * m_n, gear.d_a, unit=mm, remedy=root)
+    rim = f"mm (leave a rim of one module {side} the root circle {gear.d_f / mm:g} mm)"
+    require_within(body, d_body, lowest_body, gear.d_f - 2 * m_n, unit=mm, remedy=rim)
+
+
+def _check_tip(gear: Gear) -> None:
+    """Require a tooth thickness at the tip."""
+    s_a = gear.thickness(gear.r_a)
+    tip = f"tip thickness {s_a / mm:.3g} mm at d_a = {gear.d_a / mm:g} mm"
+    require(s_a > 0, f"teeth are pointed: {tip}; reduce d_a or x = {gear.x:.4g} modules")
+
+
+def _check_root(gear: Gear) -> None:
+    """Require a rack, a cutter or a fillet that fits between the teeth and leaves a thick root and an involute."""
+    if gear.cutter is not None:
+        pinion_cutter.check_generation(gear)
+    if gear.rho_f is not None:
+        largest = _largest_rack_radius(gear)
+        deep = f"d_f = {gear.d_f / mm:g} mm is too deep for s_n = {gear.s_n / mm:.4g} mm (x = {gear.x:.4g})"
+        require(largest > 0, f"{deep}: the generating rack's flanks meet above it; raise d_f or reduce x")
+        fits = "mm, the roundest tip that fits between the flanks of the generating rack in its normal section"
+        require_within("rho_f", gear.rho_f, 0, largest * (1 + 1e-9), unit=mm, remedy=fits)
+    if gear.fillet is not None:
+        require_within("fillet", gear.fillet, 0, 4 * gear.m_n, unit=mm, remedy="mm (pass metres: 1*mm)")
+        remedy = "reduce it or |d_f|" if gear.internal else "reduce it or x, or raise d_f"
+        fits = f"fillet {gear.fillet / mm:g} mm does not fit between two teeth; {remedy}"
+        require(gear.sign * gear.root.psi_f <= gear.sign * pi / gear.z * (1 + gear.sign * 1e-9), fits)
+    root_thickness = 2 * min(r * psi for r, psi in zip(*gear.root.points(np.linspace(0, 1, 33)), strict=True))
+    thin = f"z = {gear.z}, x = {gear.x:.4g} leave teeth {root_thickness / mm:.3g} mm thick at the root"
+    require(root_thickness > 0.1 * gear.m_n, f"{thin}; the generating rack undercuts them: raise x, z, rho_f or d_f")
+    between = (
+        f"no involute between root form circle {2 * gear.r_form / mm:g} mm and tip circle d_a = {gear.d_a / mm:g} mm"
+    )
+    remedy = (
+        "reduce |d_a|, or the fillet or rho_a0 of the cutter"
+        if gear.internal
+        else "raise d_a, or reduce rho_f or the fillet"
+    )
+    require(gear.r_a > gear.r_form, f"{between}; {remedy}")
+
+
+def _largest_fillet(gear: Gear) -> float:
+    """Radius [m] of the circular fillet that leaves no root land of an internal gear, by bisection."""
+    low, high = 0.0, abs(gear.r_f) - abs(gear.r_b)
+    for _ in range(60):
+        middle = (low + high) / 2
+        psi_f = gear.psi_b + middle / gear.r_b - involute(acos(min(1.0, gear.r_b / (gear.r_f + middle))))
+        low, high = (middle, high) if psi_f > pi / gear.z else (low, middle)
+    return low
+
+
+def _largest_rack_radius(gear: Gear) -> float:
+    """Tip radius of a rack without a tip land, in the normal section [m]; <= 0 where its flanks meet above d_f."""
+    land = gear.m_n * pi - gear.s_n - 2 * gear.h_rack * tan(gear.alpha_n)
+    return land / 2 * cos(gear.alpha_n) / (1 - sin(gear.alpha_n))

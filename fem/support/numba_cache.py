@@ -63,6 +63,7 @@ class Compilation(event.Listener):
                 if private:
                     self.scope.enter_context(private.whole_call_tree())
                     self.scope.enter_context(private.types_inferred_once())
+                    self.scope.enter_context(private.without_idle_work())
 
     def on_end(self, event) -> None:
         if event.data["dispatcher"].py_func in KEPT:

@@ -6,8 +6,10 @@ from math import inf, nan
 import numpy as np
 import pytest
 from numba import njit
+from numba.core.analysis import compute_live_variables
 from numba.core.codegen import JITCodeLibrary
 from numba.core.errors import TypingError
+from numba.core.postproc import PostProcessor
 from numba.core.registry import cpu_target
 from numba.core.types import BaseFunction
 
@@ -17,6 +19,7 @@ from fem.support.numba_private import (
     callee,
     types_inferred_once,
     whole_call_tree,
+    without_idle_work,
 )
 
 
@@ -73,6 +76,19 @@ def test_functions_are_inlined_as_they_ask_whoever_calls_them_first():
     (overload,) = root.overloads.values()
     left = {function.name for function in overload.library.get_defined_functions()}
     assert names[tripled] in left and names[halved_and_tripled] not in left
+
+
+@callee
+def entry_of(values, number):
+    return values[number]
+
+
+def test_whole_numbers_that_a_caller_knows_make_no_versions():
+    """But where the number tells the type, as of an entry of a tuple of unlike entries."""
+    assert njit(lambda x: entry_of(x, 0) - entry_of(x, 1))((3.0, 1.0)) == 2.0
+    assert len(entry_of.overloads) == 1
+    assert njit(lambda x: entry_of(x, 0) - entry_of(x, 1)[0])((3.0, (1.0, 2.0))) == 2.0
+    assert len(entry_of.overloads) == 3
 
 
 def test_only_the_root_of_a_call_tree_becomes_machine_code():
@@ -185,3 +201,29 @@ def test_an_error_is_numbas_own_each_time_and_ends_the_context():
         with pytest.raises(TypingError, match="No implementation of function"), types_inferred_once():
             njit(lambda a, b: a + b)(1.0, "text")
         assert BaseFunction.get_call_type is infer
+
+
+@njit
+def odd_numbers(n):
+    for k in range(n):
+        if k % 2:
+            yield k
+
+
+def test_lifetimes_of_variables_are_computed_a_third_as_often(monkeypatch):
+    """In generators as often as numba does."""
+    computed, run = [], PostProcessor.run
+
+    def counted(*arguments):
+        computed.append(arguments)
+        return compute_live_variables(*arguments)
+
+    monkeypatch.setattr("numba.core.analysis.compute_live_variables", counted)
+    values = np.linspace(-1.0, 1.0, 7)
+    expected, by_numba = njit(polynomial)(values), len(computed)
+    computed.clear()
+    with without_idle_work():
+        assert njit(polynomial)(values) == expected
+        assert 0 < len(computed) <= by_numba / 3
+        assert njit(lambda n: sum(list(odd_numbers(n))))(6) == 9
+    assert PostProcessor.run is run
