@@ -57,7 +57,7 @@ class ToothPairs:
     placed_first        position of the first increment, placed_steps in a pitch
     largest_load        load of the last increment [N]: t = sqrt(load / largest_load), evenly spaced
     error, error_rms    largest and root mean square difference of the law from contacts that were solved whole [m]; NaN
-                        where none were
+                        where none were. A sample, no bound (`checks` of `fem.tooth_pair_map`)
     added_rms           root mean square of what deviations add in these contacts [m]
     turn                share of a pitch by which a difference of pitch deviations turns the teeth [1/m]
     """

@@ -34,7 +34,7 @@ from fem.contact.tooth_contact import ToothContact
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import alike_on_all_teeth, edges, of_single_tooth, pitch_deviations
 from fem.pair.mesh_position import MeshPosition
-from fem.pair.offsets import Offsets
+from fem.pair.offsets import ANGLES, Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import check_offsets_mesh, checked_torque
 from fem.ste.load_interpolation import over_parts
@@ -59,13 +59,14 @@ COUPLED_LOAD = 0.3
 LEAST_CARRIED, UNCOUPLED = 0.05, 1e-9
 #: Loads of the states by which a law states its error, over the largest mesh force.
 CHECKED_LOADS = np.array([0.05, 0.3, 1.0])
-#: Positions in a pitch of single tooth pairs and increments of spur and of helical gears, and of couplings; pitches
-#: beyond the ends of the path. Spur gears with linear reliefs need most.
-KNOTS, HELICAL_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 64, 0.3
-#: Positions in a pitch beside kinks and ends of the path of spur gears, and how far [pitches]: a tip corner enters the
-#: contact within its width there.
+#: Positions in a pitch of single tooth pairs of spur gears, of those of helical gears and of increments, and of
+#: couplings; pitches beyond the ends of the path.
+KNOTS, FEW_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 64, 0.3
+#: Positions in a pitch beside kinks and ends of the path, and how far [pitches]: a tip corner enters the contact within
+#: its width there, and lines of contact of helical teeth begin at a point.
 CLOSE_KNOTS, CLOSE = 128, 0.1
-#: Positions in a pitch of increments with kinks of their own, as beside the edges of a spall.
+#: Positions in a pitch of increments with kinks of their own, as beside the edges of a spall, and of those of spur
+#: gears close to kinks and ends of the path.
 KINKED_KNOTS = 64
 #: Least length of a part of the path between kinks [pitches].
 SHORTEST_PART = 0.004
@@ -145,7 +146,9 @@ def tooth_pair_map(
     offsets     as in `static_transmission_error`; of the angles the misalignment alone may be an axis
     checks      number of random phases of the period at which the contact of all tooth pairs is solved, too, under
                 three torques: the law states its error against them. Where few teeth have more than a pitch deviation,
-                half of them are where these are in mesh
+                half of them are where these are in mesh. Of 8 phases the rms is that of random states within a factor
+                of 2.5 in 19 of 20 laws, beside spalls less sure; the largest error exceeds 95 % of all states in four
+                of five laws. It is no bound: the largest of 500 states is 2.5 times as much on average
     resolution, executor, progress
                 as in `static_transmission_error`
 
@@ -200,11 +203,13 @@ def tooth_pair_map(
     parts = within_reach(nominal, parts_of_path(alike, float(values["a"].min())))
     _check_missing(pair, float(parts[-1] - parts[0]))
     with shown(progress):
-        position = knots(parts, HELICAL_KNOTS) if pair.beta_b else knots_close_to_kinks(parts)
+        position = knots_close_to_kinks(parts, FEW_KNOTS if pair.beta_b else KNOTS, CLOSE_KNOTS)
         states = _solved(nominal, position, executor, "single tooth pairs")
         on_path = (position >= parts[1]) & (position <= parts[-2])
         states[0] = rising(states[0], on_path)
-        coupling = couplings(nominal, parts, force)
+        aligned = aligned_tooth_pairs(nominal)
+        alone = _te_of_aligned(nominal, aligned, position, states[0], executor)
+        coupling = couplings(aligned, parts, force, position, alone)
         solver = IncrementSolver(nominal, parts, executor, {})
         increments = [_increments(solver, pair, number) for number in range(2)]
         meeting = _meeting(solver, pair, increments)
@@ -310,10 +315,11 @@ def knots(parts: np.ndarray, in_pitch: int) -> np.ndarray:
     return np.append(np.concatenate(inner), parts[-1])
 
 
-def knots_close_to_kinks(parts: np.ndarray) -> np.ndarray:
-    """`knots` of spur gears, which lie closer together beside ends of the path and kinks."""
-    at = parts[1:-1, None] + np.arange(-round(CLOSE * CLOSE_KNOTS), round(CLOSE * CLOSE_KNOTS) + 1) / CLOSE_KNOTS
-    even = knots(parts, KNOTS)
+def knots_close_to_kinks(parts: np.ndarray, in_pitch: int, beside_kinks: int) -> np.ndarray:
+    """`knots` that lie closer together beside ends of the path and kinks."""
+    reach = round(CLOSE * beside_kinks)
+    at = parts[1:-1, None] + np.arange(-reach, reach + 1) / beside_kinks
+    even = knots(parts, in_pitch)
     far = np.abs(even[:, None] - parts[1:-1]).min(axis=1) >= CLOSE
     nearest = np.abs(at[..., None] - parts[1:-1]).argmin(axis=-1) == np.arange(len(at))[:, None]
     close = at[nearest & (at > parts[0]) & (at < parts[-1])]
@@ -330,6 +336,23 @@ def _solved(single: SinglePair, position: np.ndarray, executor: Executor | None,
     solved = np.array(list(bar(spread(single.states, grid), count, np.ones(len(grid)))))
     shaped = solved.reshape(a.size, axial.size, position.size, *solved.shape[1:])
     return np.transpose(shaped, (3, 4, 0, 5, 1, 2))
+
+
+def aligned_tooth_pairs(single: SinglePair) -> SinglePair:
+    """The tooth pair without misalignment, at the first centre distance and axial offset."""
+    offsets = {name: np.zeros(1) if name in ANGLES else values[:1] for name, values in single.model.offsets.items()}
+    return replace(single, model=replace(single.model, offsets=offsets))
+
+
+def _te_of_aligned(
+    single: SinglePair, aligned: SinglePair, position: np.ndarray, te: np.ndarray, executor: Executor | None
+) -> np.ndarray:
+    """(n_force, n_position) te of the aligned tooth pair [m], from the states te of the other where it has these."""
+    alpha = single.at(float(single.model.offsets["a"][0]), 0.0, 0.0).alpha
+    among = np.flatnonzero(single.model.misalignment(alpha).ravel() == 0)
+    if among.size:
+        return te[:, 0, among[0], 0]
+    return _solved(aligned, position, executor, "aligned tooth pairs")[0][:, 0, 0, 0]
 
 
 def rising(te: np.ndarray, on_path: np.ndarray) -> np.ndarray:
@@ -357,14 +380,19 @@ class CoupledLoads(NamedTuple):
 KINDS = ("share", "share"), ("tilting", "share"), ("share", "tilting"), ("tilting", "tilting")
 
 
-def couplings(single: SinglePair, parts: np.ndarray, force: float) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n,) [pitches] and couplings (4, n_distance, n) of `KINDS` of a tooth pair there with those ahead."""
+def couplings(
+    single: SinglePair, parts: np.ndarray, force: float, solved: np.ndarray, te: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n,) [pitches] and couplings (4, n_distance, n) of `KINDS` of a tooth pair there with those ahead.
+
+    single          aligned tooth pair
+    solved, te      positions (n_solved,) and transmission errors (n_force, n_solved) of the tooth pair alone [m]
+    """
     step = 1 / COUPLING_KNOTS
     position = np.arange(np.floor(parts[0] / step), np.ceil(parts[-1] / step) + 1) * step
     a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
     # at the corners where helical teeth touch beside the path, contacts are too narrow to carry moments
-    helical = bool(single.model.pair.beta_b)
-    inner = np.clip(position, *(parts[[1, -2]] if helical else parts[[0, -1]]))
+    inner = np.clip(position, *(parts[[1, -2]] if single.model.pair.beta_b else parts[[0, -1]]))
     loads = [_coupled_loads(single.contact(single.at(a, axial, float(s))), COUPLED_LOAD * force) for s in inner]
     distances = min(ceil(parts[-1] - parts[0]), *(len(body.blocks) - 1 for body in single.bodies))
     values = np.zeros((len(KINDS), distances, position.size))
@@ -372,47 +400,44 @@ def couplings(single: SinglePair, parts: np.ndarray, force: float) -> tuple[np.n
         for n in range(1, distances + 1):
             ahead = loads[min(i + n * COUPLING_KNOTS, len(loads) - 1)]
             values[:, n - 1, i] = _coupling(single, a, axial, float(s), n, loads[i], ahead)
-    if helical:
-        return position, values
-    behind, ahead = _beside_path(single, parts, position, values[0, 0], force)
+    factor = _of_contact(single, position, values[0, 0], force, over_parts(solved, te.T, parts, position))
+    # the tooth pair nearer to an end of the path changes its couplings with all others
+    before = position + 0.5 < (parts[0] + parts[-1]) / 2
+    behind, ahead = np.where(before, factor, 1), np.where(before, 1, factor)
     for n in range(distances):
         values[:, n] *= behind * np.append(ahead[n * COUPLING_KNOTS :], np.ones(n * COUPLING_KNOTS))[: behind.size]
     return position, values
 
 
-def _beside_path(
-    single: SinglePair, parts: np.ndarray, position: np.ndarray, coupling: np.ndarray, force: float
+def _of_contact(
+    single: SinglePair, position: np.ndarray, coupling: np.ndarray, force: float, te: np.ndarray
 ) -> np.ndarray:
-    """Factors (2, n) of couplings of tooth pairs before the path, and with those a pitch ahead that are behind it.
+    """Factors (n,) of couplings (n,) of tooth pairs at positions (n,) with those a pitch ahead, by their contact.
 
-    position, coupling      (n,) of a tooth pair [pitches], and its coupling with that ahead [m/N]
+    te      (n, n_force) of the tooth pair alone at these positions [m]
 
-    There a tip corner slides along the mate as the transmission error grows, whether its tooth deflects or others do:
-    deflections do not quite add. With these couplings two alike tooth pairs have the transmission error of their
-    contact under the largest mesh force.
+    Tip corners slide along the mate as the transmission error grows, whether their tooth deflects or others do, and
+    load on a relief is inclined: deflections do not quite add as those of line loads do. With these factors two alike
+    tooth pairs have the transmission error of their contact under the largest mesh force.
     """
     a, axial = float(single.model.offsets["a"][0]), float(single.model.offsets["axial"][0])
-    of_two, factor, whole = replace(single, forces=np.array([force])), np.ones((2, position.size)), np.sqrt(force)
-    aligned = int(np.abs(single.model.offsets["misalignment"]).argmin())
-    behind = (position >= parts[0]) & (position < parts[1]) & (position + 1 < parts[-2])
-    ahead = (position > parts[1]) & (position + 1 > parts[-2]) & (position + 1 <= parts[-1])
-    for i in np.flatnonzero(behind | ahead):
-        s = float(position[i])
-        te = float(of_two.of(replace(of_two.at(a, axial, s), candidates=range(2)))[0, 0, aligned])
-        solved = (single.states((a, axial, at))[0, :, aligned] for at in (s, s + 1))
-        first, second = (scipy.interpolate.CubicSpline(np.sqrt(single.forces), values) for values in solved)
+    of_two, whole = replace(single, forces=np.array([force])), np.sqrt(force)
+    deflections = [scipy.interpolate.CubicSpline(np.sqrt(single.forces), values) for values in te]
+    loads, factors = force * np.linspace(LEAST_CARRIED, 1 - LEAST_CARRIED, 50), {}
+    for s, c, first, second in zip(position, coupling, deflections, deflections[COUPLING_KNOTS:], strict=False):
+        of_pairs = replace(of_two.at(a, axial, float(s)), candidates=range(2))
+        together = float(of_two.of(of_pairs)[0, 0, 0])
 
-        def of_first(load, te=te, first=first):
-            return (te - first(np.sqrt(load))) / (force - load)
+        def of_first(load, together=together, first=first):
+            return (together - first(np.sqrt(load))) / (force - load)
 
-        def too_much(load, te=te, second=second, of_first=of_first):
-            return second(np.sqrt(force - load)) + of_first(load) * load - te
+        def too_much(load, together=together, second=second, of_first=of_first):
+            return second(np.sqrt(force - load)) + of_first(load) * load - together
 
-        loads = force * np.linspace(LEAST_CARRIED, 1 - LEAST_CARRIED, 50)
         above = too_much(loads) > 0
-        if te < min(first(whole), second(whole)) - UNCOUPLED and above[0] != above[-1]:
-            factor[int(ahead[i]), i] = of_first(scipy.optimize.brentq(too_much, loads[0], loads[-1])) / coupling[i]
-    return factor
+        if together < min(first(whole), second(whole)) - UNCOUPLED and above[0] != above[-1]:
+            factors[s] = of_first(scipy.optimize.brentq(too_much, loads[0], loads[-1])) / c
+    return np.interp(position, list(factors), list(factors.values())) if factors else np.ones(position.size)
 
 
 def _coupled_loads(contact: ToothContact, force: float) -> CoupledLoads:
@@ -485,8 +510,12 @@ class IncrementSolver:
         with_teeth = _with_flanks(model.pair, *flanks)
         of_teeth = parts_of_path(with_teeth, float(model.offsets["a"].min()))
         of_teeth = np.concatenate([parts[:1], of_teeth[1:-1], parts[-1:]])
-        even = HELICAL_KNOTS if model.pair.beta_b else KNOTS
-        at = knots(of_teeth, even if of_teeth.size == parts.size else KINKED_KNOTS)
+        if of_teeth.size != parts.size:
+            at = knots(of_teeth, KINKED_KNOTS)
+        elif model.pair.beta_b:
+            at = knots(of_teeth, FEW_KNOTS)
+        else:
+            at = knots_close_to_kinks(of_teeth, FEW_KNOTS, KINKED_KNOTS)
         single = replace(self.nominal, forces=self.loads)
         if at.tobytes() not in self.without:
             self.without[at.tobytes()] = self._states(single, at, "tooth pairs without those of single teeth")

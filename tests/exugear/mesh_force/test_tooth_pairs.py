@@ -102,6 +102,35 @@ def test_a_tooth_pair_that_a_large_load_brings_into_contact_beside_the_path_is_c
     assert np.abs(by_law - te).max() < 0.02 * um
 
 
+def test_relieved_tooth_pairs_couple_as_their_contact_does():
+    """Loads on reliefs are inclined, couplings of line loads 0.5 % too large: the law would err by 58 nm."""
+    pair = spur_23_47((fem.TipRelief(15 * um, 2 * mm),))
+    law = MeshForce.from_tooth_pairs(fem.tooth_pair_map(pair, 300.0, checks=0, progress=False), backlash=0.3 * mm)
+    phase, torque = np.arange(10) / 10 + 0.05, np.array([15.0, 150.0, 300.0])
+    te = fem.static_transmission_error(pair, torque, phase, progress=False)["te"].values
+    by_law = np.array([[law.deflection_at(at, load) for at in phase] for load in torque / pair.pinion.r_b])
+    assert np.abs(by_law - te).max() < 0.015 * um
+
+
+@pytest.mark.slow
+def test_largest_errors_of_profiles_of_relieved_teeth():
+    """Crowning of each tooth: beside the kink of the relief increments that are solved too far apart err by 1.8 %."""
+    relief, crowning = (fem.TipRelief(15 * um, 2 * mm),), np.random.default_rng(1).uniform(0, 8, 23) * um
+    alike = spur_23_47(relief)
+    pair = spur_23_47(relief, tuple(fem.OnTooth(i, fem.ProfileCrowning(float(x))) for i, x in enumerate(crowning)))
+    phase, torque, given = phases_of(1081, 100, seed=1001), np.array([3.0, 15.0, 60.0]), {"progress": False}
+    law, plain_law = (
+        MeshForce.from_tooth_pairs(fem.tooth_pair_map(x, 300.0, checks=0, **given), backlash=0.3 * mm)
+        for x in (pair, alike)
+    )
+    order, plain = np.argsort(phase % 1), np.empty((3, 100))
+    plain[:, order] = fem.static_transmission_error(alike, torque, np.sort(phase % 1), **given)["te"].values
+    added = fem.static_transmission_error(pair, torque, phase, **given)["te"].values - plain
+    loads = torque / pair.pinion.r_b
+    by_law = [[law.deflection_at(at, x) - plain_law.deflection_at(at, x) for at in phase] for x in loads]
+    assert (np.abs(np.array(by_law) - added).max(axis=1) < 0.01 * np.abs(added).max(axis=1)).all()
+
+
 @pytest.mark.slow
 def test_forces_of_unlike_teeth_that_touch_beside_the_path_grow_with_the_deflection():
     """Profiles of relieved teeth: increments at light loads fell more than these deflect, forces jumped."""
@@ -139,7 +168,7 @@ def test_largest_errors_of_pitch_deviations_of_spur_gears(flank, share):
     by_law = [[law.deflection_at(at, x) - plain_law.deflection_at(at, x) for at in phase] for x in loads]
     error = np.abs(np.array(by_law) - added).max(axis=1)
     assert (rms(np.array(by_law) - added) < 0.005 * rms(added)).all()
-    assert (error < np.maximum(0.01 * np.abs(added).max(axis=1), 0.03 * um)).all()
+    assert (error < np.maximum(0.01 * np.abs(added).max(axis=1), 0.02 * um)).all()
 
 
 def test_a_law_states_its_error_against_contacts_solved_whole():
@@ -452,10 +481,10 @@ def test_spalls_among_more_than_64_pairs_of_unlike_teeth_are_solved():
 
 def test_a_law_that_errs_by_much_of_what_deviations_add_is_told():
     pairs = pairs_of(small_pair(random_pitch(12, 1)), checks=3)
-    false = pairs.assign(te_check=pairs["te_check"] + 0.5 * um)
-    with pytest.warns(UserWarning, match=r"errs by 0.5 um rms, where deviations add .* um, in 9 states.*map of all"):
+    false = pairs.assign(te_check=pairs["te_check"] + 5 * um)
+    with pytest.warns(UserWarning, match=r"errs by 5 um rms, where deviations add .* um, in 9 states.*map of all"):
         MeshForce.from_tooth_pairs(false, backlash=0.3 * mm)
     earlier = false.drop_vars("te_alike")
-    with pytest.warns(UserWarning, match=r"errs by 0.5 um rms, what deviations add is not in the map.*tooth_pair_map"):
+    with pytest.warns(UserWarning, match=r"errs by 5 um rms, what deviations add is not in the map.*tooth_pair_map"):
         law = MeshForce.from_tooth_pairs(earlier, backlash=0.3 * mm)
     assert "the map lacks what deviations add" in str(exugear.plan(box_of(law, small_pair(random_pitch(12, 1)))))
