@@ -483,32 +483,35 @@ def line_load(factor, constant, overlap, edge):
 
 
 @unchecked
-def turned_load(local, overlap, turn):
-    """Line load of flanks turned about where they were closest, its moment along the profile, and derivatives.
+def turned_flanks(edge, turn):
+    """Distance of the smallest gap from the corner, how far it moved, and how much the overlap grew as flanks turned.
 
-    local   factor, constant and edge of `LineContact`
-    overlap where the flanks are closest before they turn [m]
+    edge    distance before [m^0.5]; < 0 where the corner is closest
     turn    angle away from the corner times sqrt(R / 2) [m^0.5]
+    """
+    turned_edge = edge + turn
+    if edge > 0 and turned_edge > 0:
+        return turned_edge, turn, turn * turn
+    if edge > 0:
+        return turned_edge, -edge, -edge * edge - 2 * turn * edge
+    if turned_edge > 0:
+        return turned_edge, turned_edge, turned_edge * turned_edge
+    return turned_edge, 0.0, 0.0
+
+
+@unchecked
+def load_and_moment(factor, constant, overlap, edge, moved):
+    """Line load under an overlap > 0 [m], its moment along the profile, and derivatives.
+
+    edge, moved     of `turned_flanks`, which move the load
 
     Returns the load [N] and its moment [N m^0.5], both times the length of the slice, the derivatives of the load by
     overlap, of the load by turn or moment by overlap, and of the moment by turn.
     """
-    factor, constant, edge = local
-    turned_edge, moved = edge + turn, turn
-    if edge > 0 and turned_edge > 0:
-        overlap += turn * turn
-    elif edge > 0:
-        overlap, moved = overlap - edge * edge - 2 * turn * edge, -edge
-    elif turned_edge > 0:
-        overlap, moved = overlap + turned_edge * turned_edge, turned_edge
-    else:
-        moved = 0.0
-    if overlap <= 0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    load, rate, by_edge, half = line_load(factor, constant, overlap, turned_edge)
-    beyond_closest = half * (1 + half * half) / 2 - max(turned_edge / sqrt(factor * load), 0.0) if by_edge > 0 else 0.0
+    load, rate, by_edge, half = line_load(factor, constant, overlap, edge)
+    from_closest = half * (1 + half * half) / 2 - max(edge / sqrt(factor * load), 0.0) if by_edge > 0 else 0.0
     mixed = 2 * moved * rate + by_edge
-    moment = 2 * load * (moved + sqrt(factor * load) * beyond_closest)
+    moment = 2 * load * (moved + sqrt(factor * load) * from_closest)
     return load, moment, rate, mixed, mixed * mixed / rate + 2 * load * half * half
 
 
@@ -559,7 +562,7 @@ def slice_load(local, middle, slope, bend, turn):
     """Loads of an overlap middle + slope x - bend x^2 [m] across a slice, and their derivatives.
 
     local   factor, constant and edge of `LineContact`
-    turn    of the flanks along the profile, as in `turned_load` [m^0.5]
+    turn    of the flanks along the profile, as in `turned_flanks` [m^0.5]
 
     Returns force, moment over half of the width [N], moment along the profile [N m^0.5] and the largest line load times
     the length of the slice [N]; the derivatives of force by middle, of force by slope or moment by middle, of moment by
@@ -567,6 +570,8 @@ def slice_load(local, middle, slope, bend, turn):
     """
     force, moment, along, largest = 0.0, 0.0, 0.0, 0.0
     by_middle, mixed, by_slope, by_turn, moment_by_turn, along_by_turn = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    edge, moved, grown = turned_flanks(local[2], turn)
+    middle += grown
     even = middle - abs(slope) - abs(bend) > EVEN * (middle + abs(slope) + abs(bend))
     points, weights = (EVEN_POINTS, EVEN_WEIGHTS) if even else (POINTS, WEIGHTS)
     ends = (-1.0, 1.0, 1.0, 1.0) if even else loaded_parts(middle, slope, bend)
@@ -577,9 +582,11 @@ def slice_load(local, middle, slope, bend, turn):
                 x, weight = (low + high + (high - low) * points[k]) / 2, (high - low) / 4 * weights[k]
                 overlap = middle + slope * x - bend * x * x
                 if overlap > 0:
-                    load, of_profile, rate, turned, of_profile_turned = turned_load(local, overlap, turn)
+                    load, beside, rate, turned, beside_turned = load_and_moment(
+                        local[0], local[1], overlap, edge, moved
+                    )
                     force, moment, largest = force + weight * load, moment + weight * load * x, max(largest, load)
-                    along, along_by_turn = along + weight * of_profile, along_by_turn + weight * of_profile_turned
+                    along, along_by_turn = along + weight * beside, along_by_turn + weight * beside_turned
                     by_middle, mixed = by_middle + weight * rate, mixed + weight * rate * x
                     by_slope += weight * rate * x * x
                     by_turn, moment_by_turn = by_turn + weight * turned, moment_by_turn + weight * turned * x
