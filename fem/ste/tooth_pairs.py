@@ -398,8 +398,8 @@ def couplings(
     values = np.zeros((len(KINDS), distances, position.size))
     for i, s in enumerate(position):
         for n in range(1, distances + 1):
-            ahead = loads[min(i + n * COUPLING_KNOTS, len(loads) - 1)]
-            values[:, n - 1, i] = _coupling(single, a, axial, float(s), n, loads[i], ahead)
+            of_ahead = loads[min(i + n * COUPLING_KNOTS, len(loads) - 1)]
+            values[:, n - 1, i] = _coupling(single, a, axial, float(s), n, loads[i], of_ahead)
     factor = _of_contact(single, position, values[0, 0], force, over_parts(solved, te.T, parts, position))
     # the tooth pair nearer to an end of the path changes its couplings with all others
     before = position + 0.5 < (parts[0] + parts[-1]) / 2
@@ -461,8 +461,8 @@ def _coupling(
     pinion, wheel = place.pair.pinion, single.bodies
     numbers = range(distance + 1)
     bodies = compiled_compliance(wheel[0], 0.0, numbers), compiled_compliance(wheel[1], 0.0, range(-distance, 1))
-    distance = loaded_distance(slices, COUPLED_LOAD * single.forces[-1] / place.pair.b)
-    compliance = compliance_at(slices, DEPTH * pinion.m_n, distance[:, None], bodies, contact.face)
+    beside_closest = loaded_distance(slices, COUPLED_LOAD * single.forces[-1] / place.pair.b)
+    compliance = compliance_at(slices, DEPTH * pinion.m_n, beside_closest[:, None], bodies, contact.face)
     n, share = behind.low.size, contact.face.share
     return [
         share * float(getattr(behind, first) @ compliance[:n, n:] @ getattr(ahead, second)) for first, second in KINDS
