@@ -65,7 +65,7 @@ KNOTS, FEW_KNOTS, COUPLING_KNOTS, BEYOND = 32, 16, 64, 0.3
 #: Positions in a pitch beside kinks and ends of the path, and how far [pitches]: a tip corner enters the contact within
 #: its width there, and lines of contact of helical teeth begin at a point.
 CLOSE_KNOTS, CLOSE = 128, 0.1
-#: Positions in a pitch of increments with kinks of their own, as beside the edges of a spall, and of those of spur
+#: Positions in a pitch of increments with further kinks, as beside the edges of a spall, and of those of spur
 #: gears close to kinks and ends of the path.
 KINKED_KNOTS = 64
 #: Least length of a part of the path between kinks [pitches].
