@@ -17,10 +17,11 @@ from fem.units import deg, mm, um
 
 COARSE, MAP_DENSITY = Density(flank=30), fem.Resolution().density
 #: Of the reference. Thin layers below the flank govern it: 24 raise te by less than 0.02 % of its mean. Where teeth
-#: take over, its elements along the flank do: from 66 to 132 and to 198 te rises there by 0.6 and 0.2 % of its mean
-#: with the thin rim, by 0.5 and 0.1 % of the wind turbine, elsewhere by 0.2 and 0.02 %.
+#: take over, its elements along the flank do: from 66 to 132, 198, 297 and 396 te rises there by 0.6, 0.2, 0.08 and
+#: 0.01 % of its mean with the thin rim; from 66 to 132 and 198 by 0.5 and 0.1 % with the wind turbine, elsewhere by 0.2
+#: and 0.02 %.
 FINE = Density(flank=132, fillet=6, land=2, tooth=16, rim=8, body=14)
-FINEST = replace(FINE, flank=198)
+FINEST = replace(FINE, flank=297)
 
 
 def plane_te(pair: fem.GearPair, torque: float, phases, density: Density = MAP_DENSITY) -> np.ndarray:
@@ -92,10 +93,7 @@ def few_teeth() -> fem.GearPair:
     ],
 )
 def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, density, measured):
-    """In plane strain: mean 0.2 %, any phase 0.35 % of the mean, peak to peak 0.5 % of it or 0.15 % of the mean.
-
-    Of the thin rim at its light load, whose peak lies where a tip corner takes over, it is 0.22 % of the mean off.
-    """
+    """In plane strain: mean 0.2 %, any phase 0.35 % of the mean, peak to peak 0.5 % of it or 0.15 % of the mean."""
     phases, options = np.arange(12) / 12, {"density": density, "progress": False}
     reference = fem.nonlinear.static_transmission_error(pair, torque, phases, **options)["te"].values
     for load, expected in zip(torque, reference, strict=True):
@@ -105,8 +103,7 @@ def test_nonlinear_statics_confirm_the_compliance_of_rings(name, pair, torque, d
         measured.cells(f"ring in plane strain, {name}, {load:g} N m", *numbers)
         assert te.mean() == pytest.approx(expected.mean(), rel=2e-3)
         assert np.abs(te - expected).max() < 3.5e-3 * expected.mean()
-        share = 2.5e-3 if load == 60 else 1.5e-3
-        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], share * expected.mean())
+        assert abs(swings[0] - swings[1]) < max(5e-3 * swings[1], 1.5e-3 * expected.mean())
 
 
 @pytest.mark.slow
