@@ -43,8 +43,8 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
 
     The outer ring stands, in the bearings of planets on pins the inner ring. Both rings of a bearing between shafts
     turn; its life counts their turns against each other, and is NaN where there are none. Elements share the load as in
-    statics, with the cage as it stands at the start. Where several speeds are free, the life needs runs with power=True,
-    which record them. Raises ValueError for runs without tilts of rolling bearings.
+    statics, with the cage as it stands at the start. Raises ValueError for runs without tilts of rolling bearings, and
+    for runs that choose several free speeds, unless they record these (power=True).
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
     require(len(runs) > 0, "run must be a run or a list of them, got an empty list")
