@@ -64,8 +64,8 @@ def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] 
 
     Sections, rolling bearings of one row by their inner geometry, external forces and gravity are written, too. Returns
     an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
-    unbalance, bearings with clearance, guidance, offsets of shafts, masses beyond those of their parts. Raises ValueError
-    for gearboxes with planetary sets.
+    unbalance, bearings with clearance, guidance, offsets of shafts, masses beyond those of their parts. Raises
+    ValueError for gearboxes with planetary sets.
     """
     sets = [stage.name for stage in gearbox.stages if stage.carrier is not None]
     require(not sets, f"planetary sets are not written, got {sets}; write the parallel stages alone")
