@@ -218,7 +218,7 @@ class LoadSpectrum:
 
 
 def _transmission(gearbox: Gearbox) -> float:
-    """Speed of the driven shaft per speed of the driving shaft > 0, other free speeds at 0, by which torques balance."""
+    """Speed of the driven shaft per speed of the driving shaft > 0, with free ones at 0, by which torques balance."""
     driving, imposed = gearbox.driving.name, gearbox.independent
     follows = f"driving shaft {driving!r} follows the imposed speeds of {[*imposed]}, its torque tells no load"
     require(driving in imposed, f"{follows}; give the column load")
