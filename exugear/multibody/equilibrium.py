@@ -9,10 +9,10 @@ from exugear.contact.reference_configuration import is_spatial
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
 from exugear.multibody.exudyn_objects import INITIAL
-from exugear.multibody.first_order_statics import loaded_coordinates
+from exugear.multibody.first_order_statics import loaded_coordinates, state_of_mesh
 from exugear.multibody.guarded_solves import exudyn_settings
 from exugear.multibody.model import Model, by_shaft
-from exugear.multibody.planet_load_sharing import shared_among_planets, state_of_mesh
+from exugear.multibody.planet_load_sharing import shared_among_planets
 from exugear.multibody.solve_errors import NO_EQUILIBRIUM, STATIC_SOLVE_TIME, NoEquilibrium, explained
 from exugear.multibody.static_loads import (
     applied_torques,
