@@ -153,8 +153,8 @@ class _Writing:
                 self._relation("assembly", assembly=id, part=mass)
             else:
                 self.account.left_out(where, f"{type(part).__name__} is not written")
-        given, of_parts = (shaft.mass, shaft.inertia), [(x.mass, x.inertia) for _, x in shaft.bodies]
-        if not np.allclose(given, np.sum([np.zeros(2), *of_parts], axis=0), rtol=ROUNDING):
+        of_parts = [sum(getattr(disc, name) for _, disc in shaft.bodies) for name in ("mass", "inertia")]
+        if not np.allclose((shaft.mass, shaft.inertia), of_parts, rtol=ROUNDING, atol=0.0):
             words = "beyond those of its parts are not written; add a Disc"
             self.account.left_out(
                 shaft.name, f"mass {shaft.mass:.4g} kg and inertia {shaft.inertia:.4g} kg m^2 {words}"

@@ -101,8 +101,8 @@ def _life(
     for run, share in zip(data, shares.tolist(), strict=True):
         at = run.sel(bearing=label)
         displacements.append(np.concatenate([at["bearing_displacement"].values, at["bearing_tilt"].values]).T)
-        of_shaft, of_seat = [*(speed_of_shaft(run, "shaft", name) for name in rings), 0.0][:2]
-        rates.append(share * np.abs(of_shaft - of_seat) / (2 * pi * run.sizes["time"]))
+        of_shaft, *of_seat = [speed_of_shaft(run, "shaft", name) for name in rings]
+        rates.append(share * np.abs(of_shaft - sum(of_seat)) / (2 * pi * run.sizes["time"]))
     q, revolutions = np.concatenate(displacements), np.concatenate(rates)
     turning = any(np.any(run["speed"].values) for run in data)
     require(turning, "run must turn: bearings that stand have no life in revolutions")
