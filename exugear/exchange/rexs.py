@@ -182,7 +182,10 @@ def _mesh_of(mesh: str | Callable, pair: GearPair, torque: float, axial: float, 
     """
     axial = axial if abs(axial) > LEAST_AXIAL else 0.0
     if callable(mesh):
-        return mesh(pair, torque, **{"offsets": Offsets(axial=axial)} if axial and _takes_offsets(mesh) else {})
+        ste = mesh(pair, torque, **{"offsets": Offsets(axial=axial)} if axial and _takes_offsets(mesh) else {})
+        other = f"mesh must return an STE map, an xarray.Dataset, got {type(ste).__name__}"
+        require(isinstance(ste, xr.Dataset), f"{other}; return what fem.static_transmission_error returns")
+        return ste
     if mesh == "iso6336":
         return _constant_map(pair, torque, axial)
     torques, offsets = torque * np.array(LOAD_SHARES), Offsets(axial=axial) if axial else None

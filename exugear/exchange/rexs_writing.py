@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from exugear.exchange.rexs_reading import Account
+from exugear.exchange.rexs_shafts import GRAVITY
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing
@@ -15,7 +16,7 @@ from exugear.gearbox.shaft import Disc, Shaft, parts_of
 from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
 from exugear.operation.load_spectrum import LoadCase
-from exugear.rolling_bearings.rows import BallRow, RollerRow
+from exugear.rolling_bearings.rows import BallRow, RollerRow, Row
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import Sides
 from fem.microgeometry.modification import LeadCrowning, ProfileCrowning, RootRelief, TipRelief
@@ -23,7 +24,7 @@ from fem.support.arguments import FilePath, checked
 from fem.support.cache import complete_file
 from fem.support.validation import require
 from fem.support.version import __version__
-from fem.units import deg, mm
+from fem.units import GPa, deg, mm
 
 VERSION = "1.4"
 #: Units of REXS, and the SI values of one of them.
@@ -42,6 +43,8 @@ UNITS = {
     "%": 1e-2,
     "none": 1.0,
 }
+#: Relative difference of masses that is rounding; difference of an acceleration from gravity that is none [m/s^2].
+ROUNDING, LIKE_GRAVITY = 1e-9, 0.01
 Value = tuple[object, str]
 #: Types of rolling bearings by their kinds.
 TYPES = {
@@ -61,7 +64,8 @@ def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] 
 
     Sections, rolling bearings of one row by their inner geometry, external forces and gravity are written, too. Returns
     an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
-    unbalance, bearings with clearance, offsets of shafts. Raises ValueError for gearboxes with planetary sets.
+    unbalance, bearings with clearance, guidance, offsets of shafts, masses beyond those of their parts. Raises
+    ValueError for gearboxes with planetary sets.
     """
     sets = [stage.name for stage in gearbox.stages if stage.carrier is not None]
     require(not sets, f"planetary sets are not written, got {sets}; write the parallel stages alone")
@@ -149,21 +153,31 @@ class _Writing:
                 self._relation("assembly", assembly=id, part=mass)
             else:
                 self.account.left_out(where, f"{type(part).__name__} is not written")
+        of_parts = [sum(getattr(disc, name) for _, disc in shaft.bodies) for name in ("mass", "inertia")]
+        if not np.allclose((shaft.mass, shaft.inertia), of_parts, rtol=ROUNDING, atol=0.0):
+            words = "beyond those of its parts are not written; add a Disc"
+            self.account.left_out(
+                shaft.name, f"mass {shaft.mass:.4g} kg and inertia {shaft.inertia:.4g} kg m^2 {words}"
+            )
         if shaft.offset != type(shaft.offset)():
             self.account.left_out(shaft.name, f"{shaft.offset} is not written")
 
     def _gravity(self, gearbox: Gearbox) -> None:
-        """Direction of the gravity of the shafts, which must be the same."""
-        acting = {tuple(shaft.gravity) for shaft in gearbox.shafts if any(shaft.gravity)}
-        if len(acting) == 1:
+        """Direction of the gravity of the shafts on bearings, which must be the same."""
+        acting = {tuple(shaft.gravity) for shaft in gearbox.shafts if shaft.bearings}
+        if len(acting) > 1:
+            self.account.left_out("gravity", f"is not written, it differs between the shafts: {sorted(acting)}")
+        elif any(any(gravity) for gravity in acting):
             x, y, z = next(iter(acting))
             direction: dict[str, Value] = {
                 f"direction_vector_gravity_{axis}": (value, "none")
                 for axis, value in zip("uvw", (z, x, y), strict=True)
             }
             _add(self.components[int(self.unit) - 1], {"account_for_gravity": (True, "none")} | direction)
-        elif acting:
-            self.account.left_out("gravity", f"differs between the shafts: {sorted(acting)}")
+            size = float(np.linalg.norm([x, y, z]))
+            if abs(size - GRAVITY) > LIKE_GRAVITY:
+                words = f"{GRAVITY:g} m/s^2 is read, as REXS holds the direction alone"
+                self.account.left_out("gravity", f"size {size:.4g} m/s^2 is not written: {words}")
 
     def _sections(self, shaft: Shaft, id: str) -> None:
         """Sections of a shaft, and its material."""
@@ -219,8 +233,19 @@ class _Writing:
         self._relation("assembly", assembly=id, part=of_bearing)
         element = self._component("rolling_element", where, **of_element)
         self._relation("assembly", assembly=of_bearing, part=element)
-        if bearing.damping_time:
-            self.account.left_out(where, f"damping_time {bearing.damping_time:g} s is not written")
+        self._tell_lost(bearing, where)
+
+    def _tell_lost(self, bearing: Bearing | RollingBearing, where: str) -> None:
+        """What is not written of a bearing beside its stiffness or its geometry."""
+        lost = [f"damping_time {bearing.damping_time:g} s"] * (bearing.damping_time > 0)
+        lost += [f"{bearing.drag}"] * (bearing.drag is not None)
+        if isinstance(bearing, RollingBearing):
+            row = bearing.rows[0]
+            lost += [f"guidance {bearing.guidance:g} N/m"] * (bearing.guidance > 0)
+            lost += ["an outer ring that turns"] * row.on_pin + ["a cage that rolls"] * (row.cage_angle is not None)
+            lost += [f"balls of E = {row.E / GPa:g} GPa, nu = {row.nu:g}"] * ((row.E, row.nu) != (Row.E, Row.nu))
+        if lost:
+            self.account.left_out(where, f"{', '.join(lost)} {'are' if len(lost) > 1 else 'is'} not written")
 
     def _gear(self, gear: Gear, at: np.ndarray, u: float, where: str, shaft: str) -> str:
         sizes: dict[str, Value] = {
@@ -288,6 +313,7 @@ class _Writing:
         id = self._component("concept_bearing", where, **_placed(at), **values)
         self._relation("assembly", assembly=self.unit, part=id)
         self._relation("side", assembly=id, inner_part=shaft, outer_part=self.casing)
+        self._tell_lost(bearing, where)
 
     def _stage(self, stage: Stage, positions) -> None:
         pair, ends = stage.pair, (stage.fast.name, stage.slow.name)

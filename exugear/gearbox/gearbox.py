@@ -27,7 +27,14 @@ from exugear.gearbox.mesh_phasing import SteppedPlanet, phasing
 from exugear.gearbox.planetary import Planetary
 from exugear.gearbox.planetary_kinematics import motions_of_members, speeds_of_members
 from exugear.gearbox.planetary_phases import ring_phase
-from exugear.gearbox.seats_on_shafts import DragBetween, checked_seats, drags_between, without_drags
+from exugear.gearbox.seats_on_shafts import (
+    DragBetween,
+    checked_seats,
+    drags_between,
+    drags_of_planets,
+    without_any_drag,
+    without_drags,
+)
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
@@ -155,6 +162,11 @@ class Gearbox:
                     carriers[shaft.name] = stage.carrier
         return carriers
 
+    @property
+    def _orbiting(self) -> dict[str, Shaft]:
+        """Carrier by the name of each planet whose carrier turns."""
+        return {name: carrier for name, carrier in self.planets.items() if carrier.name not in self.held}
+
     @cached_property
     def elastic_rings(self) -> dict[str, ElasticRing]:
         """Rings that vibrate in modes, by the names of their shafts."""
@@ -163,14 +175,18 @@ class Gearbox:
 
     @cached_property
     def drags_between(self) -> tuple[DragBetween, ...]:
-        """Drags of bearings between shafts, which act by the difference of their speeds."""
-        return drags_between(self.between, self.ends)
+        """Drags of bearings between shafts and of planets, which act by the difference of two speeds.
+
+        Carriers that are held stand: planets on these are among `braked_on_ground`.
+        """
+        return drags_between(self.between, self.ends) + drags_of_planets(self._orbiting, self.ends)
 
     @cached_property
     def braked_on_ground(self) -> dict[str, Shaft]:
         """Shafts by their names with the drags that act by their own speed alone, without those of `drags_between`."""
         between = [*self.between]
-        return {x.name: without_drags(x, [at for name, at in between if name == x.name]) for x in self.shafts}
+        on_ground = [without_drags(x, [at for name, at in between if name == x.name]) for x in self.shafts]
+        return {x.name: without_any_drag(x) if x.name in self._orbiting else x for x in on_ground}
 
     @cached_property
     def drag_terms(self) -> tuple[list[list[DragTerms]], list[tuple[int, int, DragTerms]]]:
@@ -490,10 +506,17 @@ class Gearbox:
             require(not alone, f"gear without mate on shaft {shaft.name!r} at {alone} mm; {remedy}")
 
     def _check_loads(self) -> None:
-        """Require that no forces or weight act on planets, whose coordinates turn with their carrier."""
+        """Require that no forces or weight act on planets, whose coordinates turn with their carrier.
+
+        Neither drags that need the load of a pin that turns.
+        """
         loaded = [shaft.name for shaft in self.shafts if shaft.name in self.planets and shaft.is_loaded]
         turning = f"planets {loaded} have forces, unbalance or gravity, which is not modelled on shafts that orbit"
         require(not loaded, f"{turning}; leave these out")
+        for drag in drags_of_planets(self._orbiting, self.ends):
+            kind, pin = type(drag.drag).__name__, f"whose pin turns with {drag.carrying!r}"
+            unknown = f"load of the {kind} of planet {drag.carried!r}, {pin}, is not known"
+            require(not drag.drag.needs_load, f"{unknown}; pass load=... in N")
 
     def _place_shafts(self) -> None:
         traversal = traverse_shafts(self.stages)

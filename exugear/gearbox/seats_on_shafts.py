@@ -11,7 +11,7 @@ from exugear.gearbox.drag import AnyDrag
 from exugear.gearbox.gear_train import CLOSED
 from exugear.gearbox.housing import Housing, Seat, bearing_on, seat_label, seat_number
 from exugear.gearbox.rolling_bearing import RollingBearing
-from exugear.gearbox.shaft import Shaft, with_bearings
+from exugear.gearbox.shaft import Shaft, parts_of, with_bearings
 from exugear.gearbox.stage import Stage
 from fem.support.validation import require, text_of
 
@@ -97,7 +97,10 @@ def carrying_spin_factor(bearing: Bearing | RollingBearing) -> float:
 
 
 class DragBetween(NamedTuple):
-    """A drag between two shafts, by their names: of the bearing of one on a seat that the other one carries."""
+    """A drag between two shafts, by their names: of the bearing of one on a seat that the other one carries.
+
+    Such as of a planet on the pin of its carrier.
+    """
 
     carried: str
     carrying: str
@@ -108,6 +111,22 @@ def drags_between(between: Mapping[Seat, Seat], shafts: Mapping[str, Shaft]) -> 
     """The drags of the bearings between shafts."""
     bearings = [(name, on, bearing_on(shafts, (name, axial))) for (name, axial), (on, _) in between.items()]
     return tuple(DragBetween(name, on, bearing.drag) for name, on, bearing in bearings if bearing.drag)
+
+
+def drags_of_planets(planets: Mapping[str, Shaft], shafts: Mapping[str, Shaft]) -> tuple[DragBetween, ...]:
+    """The drags of planets on the pins of their carriers; planets: carrier of each by its name."""
+    drags = [(name, carrier.name, drag) for name, carrier in planets.items() for _, drag in shafts[name].drags]
+    return tuple(DragBetween(*drag) for drag in drags)
+
+
+def without_any_drag(shaft: Shaft) -> Shaft:
+    """A shaft without drags among its parts and of its bearings."""
+    if not shaft.drags:
+        return shaft
+    parts: dict[float, list] = {axial: [] for axial in shaft.parts}
+    for axial, part in parts_of(without_drags(shaft, [*shaft.bearings])):
+        parts[axial] += [part] * (not isinstance(part, AnyDrag))
+    return replace(shaft, parts=parts)
 
 
 def without_drags(shaft: Shaft, positions: Sequence[float]) -> Shaft:

@@ -235,7 +235,7 @@ class Shaft:
     centre: float = field(init=False, repr=False)
 
     def __post_init__(self):
-        groups = {axial: x if isinstance(x, list | tuple) else (x,) for axial, x in sorted(self.parts.items())}
+        groups = {0.0 + axial: x if isinstance(x, list | tuple) else (x,) for axial, x in sorted(self.parts.items())}
         listed = {axial: group[0] if len(group) == 1 else tuple(group) for axial, group in groups.items()}
         set_fields(self, parts=listed)
         self._check_sections()

@@ -11,6 +11,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.rolling_bearing import RollingBearing, pressures
 from exugear.operation.load_spectrum import LoadSpectrum
 from exugear.running.run_data import stage_data
+from exugear.signals.signal import speed_of_shaft
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
 from fem.units import mm
@@ -42,7 +43,8 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
 
     The outer ring stands, in the bearings of planets on pins the inner ring. Both rings of a bearing between shafts
     turn; its life counts their turns against each other, and is NaN where there are none. Elements share the load as in
-    statics, with the cage as it stands at the start. Raises ValueError for runs without tilts of rolling bearings.
+    statics, with the cage as it stands at the start. Raises ValueError for runs without tilts of rolling bearings, and
+    for runs that choose several free speeds, unless they record these (power=True).
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
     require(len(runs) > 0, "run must be a run or a list of them, got an empty list")
@@ -56,7 +58,7 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     fits = times.shape == durations.shape and bool((times >= 0).all()) and bool(times.sum() > 0)
     require(fits, f"shares must be (n_run,) >= 0 with n_run = {len(runs)}, got {shares}")
     bearings = {
-        f"{shaft.name} at {axial / mm:g} mm": (bearing, _speed_ratio(gearbox, shaft.name, axial))
+        f"{shaft.name} at {axial / mm:g} mm": (bearing, _rings(gearbox, shaft.name, axial))
         for shaft in gearbox.shafts
         for axial, bearing in shaft.bearings.items()
         if isinstance(bearing, RollingBearing)
@@ -81,25 +83,26 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     return xr.Dataset(values, {"bearing": list(life)})
 
 
-def _speed_ratio(gearbox: Gearbox, name: str, axial: float) -> float:
-    """Speed of the rings of a bearing against each other over that of the driving shaft.
+def _rings(gearbox: Gearbox, name: str, axial: float) -> list[str]:
+    """Shafts of the rings of a bearing that turn: its shaft, and that of its seat.
 
-    It is that of the shaft, of a planet against its carrier, which bears the pin, or against the shaft with the seat.
+    The seat of a planet's bearing is on its carrier, which bears the pin.
     """
     carrier = gearbox.planets.get(name)
     on, _ = gearbox.between.get((name, axial), (carrier.name if carrier else None, 0.0))
-    return gearbox.ratios[name] - (gearbox.ratios[on] if on else 0.0)
+    return [name, on] if on else [name]
 
 
 def _life(
-    label: str, bearing: RollingBearing, ratio: float, data: Sequence[xr.Dataset], shares: np.ndarray
+    label: str, bearing: RollingBearing, rings: list[str], data: Sequence[xr.Dataset], shares: np.ndarray
 ) -> tuple[float, float, float, np.ndarray]:
     """Life [revolutions] and [h] of a bearing over runs by their shares of the time, largest pressure, of each [Pa]."""
     displacements, rates = [], []
     for run, share in zip(data, shares.tolist(), strict=True):
         at = run.sel(bearing=label)
         displacements.append(np.concatenate([at["bearing_displacement"].values, at["bearing_tilt"].values]).T)
-        rates.append(share * np.abs(ratio * run["speed"].values) / (2 * pi * run.sizes["time"]))
+        of_shaft, *of_seat = [speed_of_shaft(run, "shaft", name) for name in rings]
+        rates.append(share * np.abs(of_shaft - sum(of_seat)) / (2 * pi * run.sizes["time"]))
     q, revolutions = np.concatenate(displacements), np.concatenate(rates)
     turning = any(np.any(run["speed"].values) for run in data)
     require(turning, "run must turn: bearings that stand have no life in revolutions")

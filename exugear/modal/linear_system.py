@@ -19,7 +19,7 @@ from exugear.modal.elastic_elements import (
     springs,
 )
 from exugear.modal.mesh_tangents import mesh_tangent
-from exugear.multibody.bearings_and_drags import drag_name, name_of_drag_between
+from exugear.multibody.bearings_and_drags import drag_name, names_of_drags_between
 from exugear.multibody.exudyn_objects import INITIAL, current_state
 from exugear.multibody.gear_contact import contacts_of
 from exugear.multibody.linearization import disengaged, set_velocities
@@ -102,7 +102,7 @@ def _damping_of_gearbox(model: Model, contacts: Collection[int], velocities: np.
     damping = _damping_without_meshes(mbs, contacts, velocities)
     if not velocities.any():
         braked = [drag_name(x) for x in model.gearbox.shafts if model.gearbox.braked_on_ground[x.name].drags]
-        for name in [*braked, *map(name_of_drag_between, model.gearbox.drags_between)]:
+        for name in [*braked, *names_of_drags_between(model.gearbox.drags_between)]:
             number = mbs.GetObjectNumber(name)
             part = mbs.systemData.GetObjectLTGODE2(number)
             q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[part].tolist()

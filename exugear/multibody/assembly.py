@@ -26,7 +26,7 @@ from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import displacements_in_housing
 from exugear.mesh_force.kernel_records import changed
-from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags
+from exugear.multibody.bearings_and_drags import add_bearings, add_drag_between, add_drags, names_of_drags_between
 from exugear.multibody.drive_items import DriveItems
 from exugear.multibody.elastic_rings import (
     BuiltRing,
@@ -235,9 +235,9 @@ def _add_bodies(site: Construction) -> Bodies:
         body = on_gears[shaft.stations[0]] if on_gears else _add_supported_body(site, shaft)
         add_drags(mbs, node_of(mbs, body), gearbox.braked_on_ground[shaft.name], scene.shafts[shaft.name])
         shafts[shaft.name] = body
-    for drag in gearbox.drags_between:
-        carried, carrying = (node_of(mbs, shafts[name]) for name in (drag.carried, drag.carrying))
-        add_drag_between(mbs, (carried, carrying), drag)
+    for drag, name in zip(gearbox.drags_between, names_of_drags_between(gearbox.drags_between), strict=True):
+        carried, carrying = (node_of(mbs, shafts[x]) for x in (drag.carried, drag.carrying))
+        add_drag_between(mbs, (carried, carrying), drag, name)
     return Bodies(shafts, gears)
 
 

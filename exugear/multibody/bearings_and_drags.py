@@ -4,7 +4,7 @@ Linear bearings are stiffness and damping matrices; nonlinear bearings and drags
 kernels read records.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -159,20 +159,20 @@ def add_drags(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
     mbs.AddObject(item)
 
 
-def name_of_drag_between(drag: DragBetween) -> str:
-    """Name of the object with the drag of a bearing between shafts."""
-    return f"{drag.carried} drag on {drag.carrying}"
+def names_of_drags_between(drags: Sequence[DragBetween]) -> list[str]:
+    """Names of the objects with the drags between shafts, in their order."""
+    return [f"{drag.carried} drag {number} on {drag.carrying}" for number, drag in enumerate(drags, start=1)]
 
 
-def add_drag_between(mbs, nodes: tuple[int, int], drag: DragBetween) -> None:
-    """Add the drag of a bearing between two shafts to the nodes of their bodies, carried and carrying."""
-    n, m = 6, len(mbs.GetNode(nodes[1])["referenceCoordinates"])
+def add_drag_between(mbs, nodes: tuple[int, int], drag: DragBetween, name: str) -> None:
+    """Add the drag between two shafts to the nodes of their bodies, carried and carrying."""
+    n, m = (len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
     entries = np.zeros(1, DRAG)
-    for name, value in drag.drag.terms._asdict().items():
-        entries[0][name] = value
+    for term, value in drag.drag.terms._asdict().items():
+        entries[0][term] = value
     kind = record_type(("head", DRAGS), ("drags", DRAG, 1))
     record = record_of(kind, head=record_of(DRAGS, number=1), drags=entries)
-    kernel, address, spins = drag_between_kernel(m), address_of(record), [n - 1, n + m - 1]
+    kernel, address, spins = drag_between_kernel(n, m), address_of(record), [n - 1, n + m - 1]
 
     def drag_forces(mbs, t, item, q, q_t):
         return kernel(address, t, *q, *q_t)
@@ -184,7 +184,7 @@ def add_drag_between(mbs, nodes: tuple[int, int], drag: DragBetween) -> None:
         return jacobian
 
     item = eii.ObjectGenericODE2(
-        name=name_of_drag_between(drag),
+        name=name,
         nodeNumbers=list(nodes),
         forceUserFunction=direct(drag_forces, kernel, (record,), n + m),
         jacobianUserFunction=drag_jacobian,
@@ -194,19 +194,20 @@ def add_drag_between(mbs, nodes: tuple[int, int], drag: DragBetween) -> None:
 
 
 @cache
-def drag_between_kernel(m: int):
-    """The function (record, t, *coordinates, *velocities) -> forces (6 + m) of a drag between two shafts.
+def drag_between_kernel(n: int, m: int):
+    """The function (record, t, *coordinates, *velocities) -> forces (n + m) of a drag between two shafts.
 
     record is the address of `DRAGS` with a single one. The last coordinate of each shaft is its spin; that which
-    carries the seat has m coordinates, 6 or only this.
+    is carried has n coordinates, that which carries the seat or the pin m: 6, 3 in the plane or only the spin.
     """
 
     @kept
     def drag_between(record, t, *x):
-        torque = braking_torque(drag_at(record + DRAGS_SIZE), x[11 + m] - x[-1], 0.0)
+        torque = braking_torque(drag_at(record + DRAGS_SIZE), x[2 * n + m - 1] - x[-1], 0.0)
+        carried = (-torque,) if n == 1 else (0.0, 0.0, -torque) if n == 3 else (0.0, 0.0, 0.0, 0.0, 0.0, -torque)
         if m == 1:
-            return (0.0, 0.0, 0.0, 0.0, 0.0, -torque, torque)
-        return (0.0, 0.0, 0.0, 0.0, 0.0, -torque, 0.0, 0.0, 0.0, 0.0, 0.0, torque)
+            return (*carried, torque)
+        return (*carried, 0.0, 0.0, torque) if m == 3 else (*carried, 0.0, 0.0, 0.0, 0.0, 0.0, torque)
 
     return drag_between
 

@@ -9,10 +9,10 @@ from exugear.contact.reference_configuration import is_spatial
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
 from exugear.multibody.exudyn_objects import INITIAL
-from exugear.multibody.first_order_statics import loaded_coordinates
+from exugear.multibody.first_order_statics import loaded_coordinates, state_of_mesh
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Model, by_shaft
-from exugear.multibody.planet_load_sharing import shared_among_planets, state_of_mesh
+from exugear.multibody.model import Model, by_shaft, moving_of
+from exugear.multibody.planet_load_sharing import shared_among_planets
 from exugear.multibody.solve_errors import NO_EQUILIBRIUM, STATIC_SOLVE_TIME, NoEquilibrium, explained
 from exugear.multibody.static_loads import (
     applied_torques,
@@ -104,13 +104,22 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
     settings.staticSolver.loadStepStart = conditions.start_time
     settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
-    cause = _jammed(model, q) or NO_EQUILIBRIUM
+    cause = _jammed(model, _thrown_outwards(model, q, torques)) or NO_EQUILIBRIUM
     at_start = explained(model, cause, lambda t: conditions.initial_speed, NoEquilibrium)
     with applied_torques(model, torques), at_start:
         system.SetODE2Coordinates(q, INITIAL)
         system.SetODE2Coordinates_t(np.zeros(q.size), INITIAL)
         model.bare_mbs.SolveStatic(settings, updateInitialValues=True)
         return system.GetODE2Coordinates(INITIAL)
+
+
+def _thrown_outwards(model: Model, q: np.ndarray, torques: Mapping[int, float]) -> np.ndarray:
+    """Coordinates q with planets displaced on their pins alone by their centrifugal forces, among further torques."""
+    thrown = q.copy()
+    for pin in model.pins:
+        first = moving_of(model, pin.planet.name).start
+        thrown[first : first + 2] += [torques.get(i, 0.0) / pin.stiffness[0, 0] for i in (first, first + 1)]
+    return thrown
 
 
 def _jammed(model: Model, q: np.ndarray) -> str:
@@ -123,12 +132,12 @@ def _jammed(model: Model, q: np.ndarray) -> str:
     if not name or gaps[name][0] >= 0:
         return ""
     gap, backlash = gaps[name]
-    moved = f"its forces move gears of {name} so close that their backlash of {backlash / um:.4g} um is used up"
+    moved = f"forces move gears of {name} so close that their backlash of {backlash / um:.4g} um is used up"
     both = "a tooth would touch both flanks"
     enough = (
         f"stiffer pins or bearings, or a backlash above {(backlash - gap) / um:.3g} um (Gear(s_n=...), backlash=...)"
     )
-    return f"{moved}, {both}; take {enough}, less load, or let the speed rise more slowly"
+    return f"{moved}, {both}; take {enough}, less load or speed, or let it rise more slowly"
 
 
 def _rounding_of_forces(model: Model, q: np.ndarray) -> float:

@@ -5,10 +5,12 @@ couplings twist; then each shaft turns until its meshes have the deflections of 
 """
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import cos, isfinite, sin
+from typing import NamedTuple
 
 import numpy as np
 
+from exugear.contact.reference_configuration import is_spatial, state_at_coordinates
 from exugear.gearbox.bearing import Bearing, radial_points
 from exugear.gearbox.bearing_law import potential, tangent_stiffness
 from exugear.gearbox.gearbox import forces_of_motion
@@ -41,6 +43,14 @@ NOT_CARRIED = "turn or pair the bearings so that they press against the load, or
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
 LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
+
+
+class MeshState(NamedTuple):
+    """Deflection of the driving flank, opening of either flank [m] and phase of a mesh."""
+
+    deflection: float
+    opening: float
+    phase: float
 
 
 def loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.ndarray) -> np.ndarray:
@@ -76,7 +86,8 @@ def loaded_coordinates(model: Model, conditions: Conditions, accelerations: np.n
 
 def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
-    on_coordinates = -forces @ np.array([mesh.row for mesh in model.meshes])
+    rows = [row_of_flank(model, mesh, force) for mesh, force in zip(model.meshes, forces, strict=True)]
+    on_coordinates = -forces @ np.array(rows)
     q = np.zeros(on_coordinates.size)
     for shaft in model.gearbox.shafts:
         kind, spin, built = model.scene.shafts[shaft.name], model.spins[shaft.name], model.elastics.get(shaft.name)
@@ -195,12 +206,23 @@ def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchors: 
     for _ in range(ITERATIONS):
         before = q
         deflections = [
-            deflection_under_force(model, mesh, f, before) for mesh, f in zip(model.meshes, forces, strict=True)
+            deflection_under_force(model, mesh, f, before) - _beyond_first_order(model, mesh, before)
+            for mesh, f in zip(model.meshes, forces, strict=True)
         ]
         q = with_deflections(model, deflections, before, anchors)
         if np.abs(q - before).max() < CONVERGED + rounding:
             return q
     raise NoEquilibrium(NO_EQUILIBRIUM)
+
+
+def _beyond_first_order(model: Model, mesh: Mesh, q: np.ndarray) -> float:
+    """What displacements and tilts add to the deflection [m] of a mesh beside its slopes: idle teeth touch within it.
+
+    0 on carriers, whose planets go on to share the load.
+    """
+    if mesh.stage.carrier:
+        return 0.0
+    return state_of_mesh(model, mesh, q).deflection - mesh.reference_deflection - float(mesh.row @ q)
 
 
 def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchors: Sequence[str]) -> np.ndarray:
@@ -234,7 +256,8 @@ def deflection_under_force(model: Model, mesh: Mesh, force: float, q: np.ndarray
     back = f"backlash must be finite for a load on the back flank of stage {mesh.stage.name}, got {law.backlash}"
     no_contact = f"{back}; give it by the pair, the MeshForce or Stage(backlash=...), or drive another shaft"
     require(isfinite(law.backlash), no_contact)
-    backlash = law.backlash + 2 * mesh.opening
+    opening = mesh.opening if mesh.stage.carrier else state_of_mesh(model, mesh, q).opening
+    backlash = law.backlash + 2 * opening
     return -backlash - _deflection_under(mesh, of_flank, law.back_phase - phase, -force, side)
 
 
@@ -246,3 +269,40 @@ def _deflection_under(mesh: Mesh, of_flank: MeshForce, phase: float, force: floa
         law = mesh.law
         reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b, side if law.coast else 1)
         raise NoEquilibrium(f"load: in stage {mesh.stage.name} {reason}") from None
+
+
+def row_of_flank(model: Model, mesh: Mesh, side: float) -> np.ndarray:
+    """(n,) slopes of the advance by which the flank of a side is pressed; of back flanks a smaller distance presses."""
+    row, frame = mesh.row.copy(), mesh.frame
+    if side >= 0 or not is_spatial(frame):
+        return row
+    by_distance = 2 * sin(mesh.stage.pair.alpha_wt)
+    for sense, shaft in ((-1, mesh.stage.fast), (1, mesh.stage.slow)):
+        components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, mesh.stage, shaft)
+        if len(components) > 1:
+            x = spin - len(components) + 1
+            row[x : x + 2] += sense * by_distance * np.array([frame.e_x, frame.e_y])
+    return row
+
+
+def state_of_mesh(model: Model, mesh: Mesh, q: np.ndarray) -> MeshState:
+    """State of a mesh at coordinates q (n,).
+
+    To first order in coordinates beside those of the bodies, as of rings that bend.
+    """
+    stage, on_bodies, beside = mesh.stage, np.zeros((2, 6)), mesh.row.copy()
+    for six, shaft in zip(on_bodies, (stage.fast, stage.slow), strict=True):
+        components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, stage, shaft)
+        six[components] = q[spin - len(components) + 1 : spin + 1]
+        beside[spin - len(components) + 1 : spin + 1] = 0.0
+    if stage.carrier and stage.carrier.name not in model.gearbox.carriers_of_pins:
+        turned = q[model.spins[stage.carrier.name]]
+        on_bodies[:, 5] -= turned
+        beside[model.spins[stage.carrier.name]] = 0.0
+        back = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
+        for part, fixed in zip((slice(0, 2), slice(3, 5)), np.split(mesh.frame.fixed, 2, axis=1), strict=True):
+            on_bodies[:, part] += fixed @ back - fixed
+    if is_spatial(mesh.frame):
+        deflection, opening, phase = state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
+        return MeshState(deflection + beside @ q, opening, phase)
+    return MeshState(mesh.reference_deflection + mesh.row @ q, mesh.opening, 0.0)

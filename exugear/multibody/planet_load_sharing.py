@@ -1,21 +1,26 @@
 """How planets share their load: displaced pins and phases shift it, which equal mesh forces leave out."""
 
 from collections.abc import Sequence
-from math import cos, isfinite, sin
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact.reference_configuration import is_spatial, state_at_coordinates
 from exugear.gearbox.gearbox import forces_of_motion
 from exugear.multibody.carrier_turns import turned_with_carriers
-from exugear.multibody.first_order_statics import CONVERGED, ITERATIONS, deflection_under_force, of_least_potential
+from exugear.multibody.first_order_statics import (
+    CONVERGED,
+    ITERATIONS,
+    deflection_under_force,
+    of_least_potential,
+    row_of_flank,
+    state_of_mesh,
+)
 from exugear.multibody.model import (
     Mesh,
     Model,
     constant_loads,
     end_coordinate,
-    gear_spin,
     held_by_joints,
     matrices_without_meshes,
     motion_of,
@@ -29,14 +34,6 @@ from exugear.operation.conditions import Conditions
 ROUNDING = 1e-9
 #: Gap at which a member that carries nothing stands beside teeth without back flanks [m].
 LEAST_GAP = 1e-7
-
-
-class MeshState(NamedTuple):
-    """Deflection of the driving flank, opening of either flank [m] and phase of a mesh."""
-
-    deflection: float
-    opening: float
-    phase: float
 
 
 class SecantSpring(NamedTuple):
@@ -135,7 +132,7 @@ def _pressed_by_torques(model: Model, conditions: Conditions, accelerations: np.
     torques = conditions.initial_torques + conditions.initial_drags
     forces = forces_of_motion(model.gearbox, torques, accelerations, conditions.anchors)
     sides, pressed = np.sign(forces), np.abs(forces) > ROUNDING * np.abs(forces).max()
-    rows = np.array([_row_of_flank(model, mesh, side) for mesh, side in zip(model.meshes, sides, strict=True)])
+    rows = np.array([row_of_flank(model, mesh, side) for mesh, side in zip(model.meshes, sides, strict=True)])
     reference = np.array([(mesh.reference_deflection, mesh.opening) for mesh in model.meshes]).T
     return Flanks(sides, rows, forces, pressed, *reference)
 
@@ -186,43 +183,6 @@ def secant_spring(model: Model, mesh: Mesh, force: float, opening: float, q: np.
     touch = 0.0 if force >= 0 or not isfinite(mesh.law.backlash) else -mesh.law.backlash - 2 * opening
     pressed = deflection - touch
     return SecantSpring(touch, force / pressed if pressed else 0.0)
-
-
-def _row_of_flank(model: Model, mesh: Mesh, side: float) -> np.ndarray:
-    """(n,) slopes of the advance by which the flank of a side is pressed; of back flanks a smaller distance presses."""
-    row, frame = mesh.row.copy(), mesh.frame
-    if side >= 0 or not is_spatial(frame):
-        return row
-    by_distance = 2 * sin(mesh.stage.pair.alpha_wt)
-    for sense, shaft in ((-1, mesh.stage.fast), (1, mesh.stage.slow)):
-        components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, mesh.stage, shaft)
-        if len(components) > 1:
-            x = spin - len(components) + 1
-            row[x : x + 2] += sense * by_distance * np.array([frame.e_x, frame.e_y])
-    return row
-
-
-def state_of_mesh(model: Model, mesh: Mesh, q: np.ndarray) -> MeshState:
-    """State of a mesh at coordinates q (n,).
-
-    To first order in coordinates beside those of the bodies, as of rings that bend.
-    """
-    stage, on_bodies, beside = mesh.stage, np.zeros((2, 6)), mesh.row.copy()
-    for six, shaft in zip(on_bodies, (stage.fast, stage.slow), strict=True):
-        components, spin = model.plan.shafts[shaft.name].components, gear_spin(model, stage, shaft)
-        six[components] = q[spin - len(components) + 1 : spin + 1]
-        beside[spin - len(components) + 1 : spin + 1] = 0.0
-    if stage.carrier and stage.carrier.name not in model.gearbox.carriers_of_pins:
-        turned = q[model.spins[stage.carrier.name]]
-        on_bodies[:, 5] -= turned
-        beside[model.spins[stage.carrier.name]] = 0.0
-        back = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
-        for part, fixed in zip((slice(0, 2), slice(3, 5)), np.split(mesh.frame.fixed, 2, axis=1), strict=True):
-            on_bodies[:, part] += fixed @ back - fixed
-    if is_spatial(mesh.frame):
-        deflection, opening, phase = state_at_coordinates(mesh.law.table.head, mesh.frame, *on_bodies)
-        return MeshState(deflection + beside @ q, opening, phase)
-    return MeshState(mesh.reference_deflection + mesh.row @ q, mesh.opening, 0.0)
 
 
 def _meshes_of(model: Model, name: str) -> list[int]:

@@ -397,6 +397,10 @@ def _reactions(model: Model) -> dict[str, Any]:
 def _torque_of_housing(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the housing on a held shaft about z [N m]; elastic rings turn on their supports."""
     torque = -mesh_torque(model, shaft)
+    for name, carrier in model.gearbox.planets.items():
+        planet = model.gearbox.ends[name]
+        if carrier.name == shaft.name and planet.drags:  # which drive the pins of a carrier that stands
+            torque -= model.gearbox.directions[name] * _drag_torque(model, planet)
     if ring := model.rings.get(shaft.name):
         meshes = [(i, mesh) for i, mesh in enumerate(model.meshes) if mesh.stage.slow.name == shaft.name]
         acting = []

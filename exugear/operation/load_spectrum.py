@@ -124,7 +124,7 @@ class LoadSpectrum:
         if "torque" in table:
             needed = f"{path} holds the torque on the driving shaft; pass gearbox=, whose ratio gives the load"
             require(gearbox is not None, needed)
-            table["load"] = table["torque"] / abs(gearbox.ratios[gearbox.driven.name])  # type: ignore[union-attr]
+            table["load"] = table["torque"] / _transmission(gearbox)  # type: ignore[arg-type]
         shares = table["share"] if "share" in table else table["time"]
         total = float(shares.sum())
         negative = f"{path} holds a share or time of {shares.min():g}; times are >= 0"
@@ -215,6 +215,15 @@ class LoadSpectrum:
         whole = {"units": "1", "long_name": "energy that leaves the gearbox over energy that enters it"}
         names = [case.name for case in self.cases]
         return xr.Dataset({"efficiency": ((), gone / come, whole)} | values, {"load_case": names})
+
+
+def _transmission(gearbox: Gearbox) -> float:
+    """Speed of the driven shaft per speed of the driving shaft > 0, with free ones at 0, by which torques balance."""
+    driving, imposed = gearbox.driving.name, gearbox.independent
+    follows = f"driving shaft {driving!r} follows the imposed speeds of {[*imposed]}, its torque tells no load"
+    require(driving in imposed, f"{follows}; give the column load")
+    driven = [shaft.name for shaft in gearbox.shafts].index(gearbox.driven.name)
+    return abs(float(gearbox.motions[imposed.index(driving), driven]))
 
 
 def _powers(data: xr.Dataset, case: LoadCase) -> list[float]:

@@ -23,7 +23,7 @@ from exugear.running.ring_variables import ring_of_run
 from exugear.running.set_data import SetData, carriers_of_run, planetary_sets
 from exugear.signals.member_orbit import member_orbit, stands_still
 from exugear.signals.side_bands import force_seen_from_ring, lines_of
-from exugear.signals.signal import speed_of_shaft
+from exugear.signals.signal import NOMINAL, speed_of_shaft
 from fem.units import rpm, um
 
 #: Mesh harmonics of the table of sums, and of the side bands.
@@ -88,7 +88,7 @@ def _members_of_carrier(data: xr.Dataset, carrier: str, members: list[str], plan
         role = kinds.get(name, "ring" if z and min(z) < 0 else "sun")
         speed = f"{speed_of_shaft(data, 'shaft', name).mean() / rpm:.5g}" if _known(data, name) else "not recorded"
         torque = f"{torques[name]:.5g}" if name in torques else "none"
-        ratio = f"{float(data.attrs[f'{name}_speed_ratio']):.6g}"
+        ratio = _ratio(data, name)
         rows.append((role, name, " and ".join(map(str, z)), ratio, speed, torque))
     columns = "member", "shaft", "teeth", "speed / driving shaft", "mean speed [rpm]", "mean external torque [N m]"
     return Table("Members of the set, speeds and torques about z", columns, tuple(rows))
@@ -185,12 +185,21 @@ def _members(data: xr.Dataset, of_set: SetData) -> Table:
     rows = []
     for name, role in roles.items():
         speed = f"{speed_of_shaft(data, 'shaft', name).mean() / rpm:.5g}" if _known(data, name) else "not recorded"
-        ratio = f"{float(data.attrs[f'{name}_speed_ratio']):.6g}"
+        ratio = _ratio(data, name)
         torque = f"{torques[name]:.5g}" if name in torques else "none"
         label = name if role != "each planet" else f"{of_set.planets[0]} to {of_set.planets[-1]}"
         rows.append((role, label, teeth[name], ratio, speed, torque))
     columns = "member", "shaft", "teeth", "speed / driving shaft", "mean speed [rpm]", "mean external torque [N m]"
     return Table("Members of the set, speeds and torques about z", columns, tuple(rows))
+
+
+def _ratio(data: xr.Dataset, name: str) -> str:
+    """Speed of a shaft over that of the driving shaft; the mean one where a run chooses several free speeds."""
+    if "independent_speeds" not in data.attrs or data.attrs.get("title") == NOMINAL:
+        return f"{float(data.attrs[f'{name}_speed_ratio']):.6g}"
+    driving = float(data["speed"].mean())
+    known = _known(data, name) and driving != 0
+    return f"{speed_of_shaft(data, 'shaft', name).mean() / driving:.6g}" if known else "not recorded"
 
 
 def _known(data: xr.Dataset, *names: str) -> bool:

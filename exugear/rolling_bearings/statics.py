@@ -12,6 +12,8 @@ TOLERANCE, ROUNDING = 1e-11, 1e-7
 LEAST_GAIN = 1e-4
 #: First step along the ray, largest step and largest displacement [m].
 FIRST, LARGEST_STEP, LARGEST = 1e-6, 1e-4, 5e-3
+#: Load [N] up to which it is the rounding of forces that balance, such as those of planets on a sun.
+BALANCED = 1e-6
 
 
 class NotCarried(ValueError):
@@ -34,7 +36,7 @@ def equilibrium(
     scale[3:] = 1 / arm
     pushed = force * scale
     load = float(np.linalg.norm(pushed))
-    if load == 0:
+    if load <= BALANCED:
         return np.zeros(force.size)
     q = _start_on_ray(potential, force, scale * pushed / load)
     energy, gradient, hessian = potential(q)

@@ -32,7 +32,7 @@ from exugear.planning.mirrored_flanks import remedy_of, warn_of_mirrored
 from exugear.running.energy_balance import EnergyBalance, energy_balance
 from exugear.running.joined_parts import Parts, parts_of
 from exugear.running.part_integration import check_parts
-from exugear.running.run_data import keep_valid, labelled, recording, stored, with_end_state
+from exugear.running.run_data import START_ANGLE, keep_valid, labelled, recording, stored, with_end_state
 from exugear.running.step_error import checks_by_step, repeated_in_place, with_step_error
 from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
@@ -251,6 +251,8 @@ def _solved(
         parts = parts_of(solver, torques, forces, executor) if executor else None
         data, wall_time, stop = _integrated(solver, parts, torques, forces, progress, checks)
     data = parts.with_seams(data) if parts else data
+    if state is not None:
+        data.attrs |= {f"{name}{START_ANGLE}": float(state[0, spin]) for name, spin in model.spins.items()}
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
     run = Run(data, wall_time, scheme.steps.size)

@@ -47,6 +47,8 @@ from fem.support.validation import require
 from fem.units import mm, um
 
 AnyRecorder = Recorder | BodyRecorder
+#: End of the names of attributes that hold the angle of a shaft about z at the start of a run that goes on [rad].
+START_ANGLE = "_start_angle"
 #: Rows of the end state of a run.
 DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.

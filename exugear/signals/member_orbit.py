@@ -3,12 +3,11 @@
 from itertools import pairwise
 
 import numpy as np
-import scipy
 import xarray as xr
 
 from exugear.running.run_data import stage_data
 from exugear.running.set_data import planetary_sets
-from exugear.signals.signal import signal, speed_of_shaft
+from exugear.signals.signal import angle_of_shaft, signal
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -71,8 +70,7 @@ def member_orbit(
             f"frame must be left out for {shaft!r}: planets are seen from their carrier, along the radius of the pin"
         )
         require(shaft not in planets, f"{of_planet}, got {frame!r}")
-        speed = speed_of_shaft(data, "frame", frame)
-        angle = scipy.integrate.cumulative_trapezoid(speed, data["time"].values, initial=0)
+        angle = angle_of_shaft(data, "frame", frame)
         cosine, sine = np.cos(angle), np.sin(angle)
         x, y = orbit.transpose("direction", "time").values
         orbit = orbit.transpose("direction", "time").copy(data=[cosine * x + sine * y, cosine * y - sine * x])

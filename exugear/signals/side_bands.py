@@ -5,7 +5,6 @@ from math import pi
 from typing import Any
 
 import numpy as np
-import scipy
 import xarray as xr
 
 from exugear.gearbox.planetary import Planetary
@@ -13,7 +12,7 @@ from exugear.gearbox.side_band_lines import SideBandLine, side_band_lines
 from exugear.running.run_data import stage_data
 from exugear.running.set_data import set_of_run
 from exugear.signals.order_cut import order_cut
-from exugear.signals.signal import MOST, reference_speed
+from exugear.signals.signal import MOST, angle_of_shaft
 from exugear.signals.signal import signal as signal_of
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
@@ -124,8 +123,7 @@ def force_seen_from_ring(run, angle: Finite = 0.0, *, ring: str | None = None, r
     require(0 < reach <= pi, f"reach must lie in (0, pi] rad, got {reach:g}; pass radians: 60*deg")
     of_set = set_of_run(data, "ring", ring)
     heard = np.zeros(data.sizes["time"])
-    speed, _ = reference_speed(data, of_set.carrier, of_set.ring)
-    turned = scipy.integrate.cumulative_trapezoid(speed, data["time"].values, initial=0)
+    turned = angle_of_shaft(data, "ring", of_set.carrier) - angle_of_shaft(data, "ring", of_set.ring)
     for label, at in zip(of_set.ring_stages, of_set.angles, strict=True):
         distance = np.abs((turned + at - angle + pi) % (2 * pi) - pi)
         weight = np.where(distance < reach, (1 + np.cos(pi * np.minimum(distance / reach, 1.0))) / 2, 0.0)

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.running.run_data import stage_data
+from exugear.running.run_data import START_ANGLE, stage_data
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require, require_finite
 
@@ -100,6 +100,12 @@ def speed_of_shaft(data: xr.Dataset, argument: str, shaft: str) -> np.ndarray:
     free = f"{argument}={shaft!r}: speeds are free in this run, {data.attrs['independent_speeds']}"
     require(recorded, f"{free}; run it with power=True, which records the speeds of all shafts")
     return (1.0 if ratio >= 0 else -1.0) * data["shaft_speed"].sel(shaft=shaft).values
+
+
+def angle_of_shaft(data: xr.Dataset, argument: str, shaft: str) -> np.ndarray:
+    """(n,) angle of a shaft of a run about z [rad], from the reference configuration on; raises as `speed_of_shaft`."""
+    speed, start = speed_of_shaft(data, argument, shaft), float(data.attrs.get(f"{shaft}{START_ANGLE}", 0.0))
+    return start + scipy.integrate.cumulative_trapezoid(speed, data["time"].values, initial=0)
 
 
 def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:

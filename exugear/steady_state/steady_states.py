@@ -10,6 +10,7 @@ import xarray as xr
 from exugear.gearbox.constant_loads import given_loads, idle_stages
 from exugear.gearbox.stage import stage_number
 from exugear.modal.modes import load_attributes
+from exugear.multibody.first_order_statics import state_of_mesh
 from exugear.multibody.model import Model, require_model
 from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
@@ -24,6 +25,7 @@ from exugear.steady_state.periodic_orbit import PeriodicOrbits
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.progress import shown
 from fem.support.validation import numbers, require, require_within, text_of
+from fem.units import um
 
 #: Resonance of the mesh over the lowest mesh frequency: below, the DTE is the STE but for its vibration after jumps.
 SLOWEST = 32
@@ -128,6 +130,7 @@ def steady_states(
     stages = exciting_stages(model, given, idle)
     cycles = model.mesh_cycles[stages]
     reduction = reduced(model, torques, stages, speed=(low + high) / 2, drive=drive)
+    _check_thrown_planets(model, reduction, high)
     system = reduction.system
     lowest = max(low, system.resonance / SLOWEST / cycles[0])
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
@@ -145,6 +148,23 @@ def steady_states(
     if np.ndim(stage):
         return data.assign_coords(stage=[model.gearbox.labels[i] for i in given]).assign_attrs(about)
     return data.isel(stage=0).assign_attrs({"stage": model.gearbox.labels[given[0]], **about})
+
+
+def _check_thrown_planets(model: Model, reduction: Reduction, speed: float) -> None:
+    """ValueError where planets are thrown so far outwards that a tooth would touch both flanks of its gap.
+
+    speed   highest one of the driving shaft [rad/s]
+    """
+    thrown = reduction.system.blocks.rest_at(speed)
+    if not thrown.any():
+        return
+    q = reduction.coordinates + reduction.motions[:, : thrown.size] @ thrown
+    for stage in reduction.stages:
+        mesh, backlash = model.meshes[stage], model.meshes[stage].law.backlash
+        lost = -2 * state_of_mesh(model, mesh, q).opening
+        close = f"at {speed:.4g} rad/s gears of {mesh.stage.name} lose {lost / um:.4g} um of their backlash of"
+        remedy = "both flanks would carry; take a lower speed, stiffer pins, or more backlash"
+        require(lost < backlash, f"speed: {close} {backlash / um:.4g} um, as planets are thrown outwards: {remedy}")
 
 
 def _levers(model: Model, reduction: Reduction) -> dict[str, np.ndarray]:

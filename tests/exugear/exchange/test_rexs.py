@@ -409,6 +409,28 @@ def test_a_floating_bearing_is_written_as_stiff_as_at_the_end_of_its_table(tmp_p
         assert [x.axial for x in shaft.bearings.values()] == pytest.approx([1e8, 0.0])
 
 
+def test_what_is_not_written_of_shafts_and_bearings_is_told(tmp_path):
+    """Each of these is lost between writing and reading."""
+    gear = fem.Gear(z=40, m_n=2 * mm, b=20 * mm, d_bore=30 * mm)
+    ribs = exugear.RollingBearing.cylindrical_roller(Z=14, D_w=8 * mm, D_pw=45 * mm, L_we=9 * mm, guidance=2e7)
+    ceramic = exugear.RollingBearing.deep_groove(Z=9, D_w=15 * mm, D_pw=60 * mm, E=310e9).rolling()
+    plain = exugear.Bearing(radial=5e8, axial=2e8, damping_time=2e-5, drag=exugear.Drag(0.5))
+    fast = exugear.Shaft("fast", {0.0: ribs, 40 * mm: gear, 90 * mm: ceramic}, inertia=0.5, mass=20.0)
+    slow = exugear.Shaft("slow", {0.0: plain, 40 * mm: gear, 90 * mm: plain}, gravity=(0, -20.0, 0))
+    law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 3e5], [0, 3e5]], backlash=80e-6)
+    box = exugear.Gearbox([exugear.Stage(fast, slow, law, pair=fem.GearPair(gear, gear))])
+    account = exugear.write_rexs(tmp_path / "written.rexs", box)
+    lost = {(row.part, row.text) for row in account.rows}
+    assert ("fast", "mass 20 kg and inertia 0.5 kg m^2 beyond those of its parts are not written; add a Disc") in lost
+    assert ("fast at 0 mm", "guidance 2e+07 N/m is not written") in lost
+    assert ("fast at 90 mm", "a cage that rolls, balls of E = 310 GPa, nu = 0.3 are not written") in lost
+    assert ("slow at 0 mm", "damping_time 2e-05 s, Drag(constant=0.5 N m) are not written") in lost
+    assert "gravity" in str(account) and "differs between the shafts" in str(account)
+    after = exugear.read_rexs(tmp_path / "written.rexs", **QUICK).gearbox
+    assert [shaft.gravity for shaft in after.shafts] == [(0.0, 0.0, 0.0)] * 2
+    assert after.shafts[0].mass != pytest.approx(20.0)
+
+
 def drawn_shaft(name: str, gears: dict, **options) -> exugear.Shaft:
     """A shaft with sections, a fixed ball bearing, a roller bearing, and a force beyond it."""
     ball = exugear.RollingBearing.deep_groove(Z=9, D_w=9 * mm, D_pw=46 * mm, C=21e3, clearance=8e-6, damping_time=1e-5)
@@ -534,6 +556,12 @@ def test_forces_of_the_chosen_load_case_and_gravity_act_on_the_shafts(tmp_path):
 def test_unknown_choices_are_refused(argument, value, tmp_path):
     with pytest.raises(ValueError, match=f"{argument} must be"):
         read(two_stages(), tmp_path, **{argument: value})
+
+
+def test_a_law_in_place_of_a_map_is_refused(tmp_path):
+    law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 3e5], [0, 3e5]])
+    with pytest.raises(ValueError, match="mesh must return an STE map"):
+        read(two_stages(), tmp_path, mesh=lambda pair, torque: law)
 
 
 def test_planetary_sets_are_not_written(tmp_path):

@@ -110,3 +110,10 @@ WEAK = np.diag([1e8, 1e8, 1e8, 1e5, 0.0, 0.0])
 def test_impossible_parts_and_shafts_are_refused(build, message):
     with pytest.raises(ValueError, match=message):
         build()
+
+
+def test_the_origin_has_one_name():
+    """-1 * 0.0 of a mirrored layout is -0.0, by which a bearing would be at -0 mm."""
+    ball = Bearing(radial=5e8, axial=1e8, tilt=1e5)
+    shaft = Shaft("mirrored", {-0.0: ball, -10 * mm: paper_gear()})
+    assert [str(axial) for axial in shaft.bearings] == ["0.0"]

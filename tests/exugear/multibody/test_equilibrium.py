@@ -8,7 +8,8 @@ from paper_gears import paper_gear
 from scenes import INERTIA, linear_law, paper_pair, smooth_box, smooth_stage
 
 import exugear
-from fem.units import mm, rpm
+import fem
+from fem.units import deg, mm, rpm, um
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping_time=1e-5)
 R_B = paper_pair().pinion.r_b
@@ -109,3 +110,26 @@ def test_stiffness_in_a_wrong_unit_is_named_under_load(part, message):
     model = exugear.build(smooth_box(parts={30 * mm: [paper_gear(), part]}))
     with pytest.raises((ValueError, RuntimeError), match=message):
         exugear.run_up(model, speed=0.0, load=150.0, duration=1e-3)
+
+
+@pytest.mark.parametrize("loads", [(100.0, -60.0), (10.0, -6.0), (100.0, 0.0)])
+def test_bent_shafts_start_with_the_flanks_that_their_loads_press(loads):
+    """A belt bends the shaft by more than the teeth deflect, which opens and closes back flanks and idle teeth."""
+    fixed, sideways = (exugear.Bearing(radial=5e8, axial=axial, damping_time=1e-5) for axial in (2e8, 0.0))
+    pinion, wheel = (fem.Gear(z=z, m_n=3 * mm, b=30 * mm, d_bore=z * mm) for z in (20, 40))
+    law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 4.5e5], [0, 4.5e5]], backlash=60 * um, damping=2000.0)
+    belt = {100 * mm: exugear.ExternalForce(x=200.0, y=-300.0, z=50.0, moment_x=5.0)}
+
+    def drawn(name: str, gear: fem.Gear, further: dict, d: float, end: float) -> exugear.Shaft:
+        parts = {0.0: fixed, 60 * mm: gear, 130 * mm: sideways} | further
+        return exugear.Shaft(name, parts, sections=[(d, 150 * mm)], start=-10 * mm, torque_at=end)
+
+    fast = drawn("in", pinion, belt, 30 * mm, -10 * mm)
+    outputs = [drawn(name, wheel, {}, 40 * mm, 140 * mm) for name in ("first", "second")]
+    pair = fem.GearPair(pinion, wheel)
+    stages = [exugear.Stage(fast, x, law, pair=pair, angle=y) for x, y in zip(outputs, (0, 120 * deg), strict=True)]
+    model = exugear.build(exugear.Gearbox(stages))
+    ends = {"drives": {"in": exugear.Speed(10.0)}, "loads": dict(zip(("first", "second"), loads, strict=True))}
+    run = exugear.run(model, **ends, duration=1e-3, progress=False, checks=0)
+    forces = run.data["mesh_force"].mean("time").values
+    assert forces == pytest.approx(np.array(loads) / wheel.r_b, rel=1e-4, abs=0.5)

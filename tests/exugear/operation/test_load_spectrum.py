@@ -38,6 +38,19 @@ def test_a_duty_cycle_by_hours_and_torques_on_the_driving_shaft(tmp_path):
     assert spectrum.table["time"].values == pytest.approx([30 * 3600, 10 * 3600])
 
 
+def test_the_load_of_a_set_of_two_free_speeds_is_that_of_the_torque_on_the_driving_shaft(tmp_path):
+    """400 N m on the carrier ask for 100 N m of the sun, at any speeds: no more than with a ring that stands."""
+    path = table(tmp_path, "speed [rad/s], torque [N m], time [h]\n20, 100, 30\n")
+    for free in ({"sun": 1.0, "ring": -0.2}, {"ring": 1.0, "sun": 0.5}):
+        box = exugear.Gearbox([planetary()], speeds=free)
+        (case,) = LoadSpectrum.from_table(path, box)
+        assert case.load == pytest.approx(400.0 if box.driving.name == "sun" else 400.0 / 3)
+        run = exugear.run_up(exugear.build(box), speed=20.0, load=case.load, duration=2e-3, progress=False, checks=0)
+        assert float(run.data["drive_torque"].sel(drive_end=box.driving.name).mean()) == pytest.approx(100.0, rel=1e-3)
+    with pytest.raises(ValueError, match="driving shaft 'carrier' follows the imposed speeds"):
+        LoadSpectrum.from_table(path, exugear.Gearbox([planetary()], speeds=free, driving="carrier", driven="sun"))
+
+
 def test_a_motor_curve_drives_a_shaft(tmp_path):
     """Lines in any order; the torque of the run is that of the curve at its speed."""
     curve = MotorCurve.from_table(table(tmp_path, "speed [rpm], torque [N m]\n3000, 40\n0, 100\n1500, 80\n"))

@@ -126,3 +126,12 @@ def test_a_ravigneaux_set_has_a_page_with_its_members_meshes_and_sharing(tmp_pat
     assert "The meshes with large carry no load." in page
     assert "Load sharing at small: K_γ 1" in page
     assert "-105" in page
+
+
+def test_a_run_that_chooses_two_free_speeds_lists_their_ratio(tmp_path):
+    """The carrier at (30 * 10 + 90 * 4) / 120 of sun and ring, not at the nominal (30 * 10 - 90 * 2) / 120."""
+    model = exugear.build(exugear.Gearbox([planetary()], speeds={"sun": 1.0, "ring": -0.2}))
+    ends = {"drives": {"sun": 10.0, "ring": -4.0}, "loads": {"carrier": 400.0}, "duration": 2e-3}
+    page = exugear.report(exugear.run(model, **ends, power=True, **OPTIONS), tmp_path / "run.html")[0]
+    rows = {row[0]: row for row in table(page.read_text(encoding="utf-8"), "Members of the set")}
+    assert [float(rows[x][3]) for x in ("sun", "ring", "carrier")] == pytest.approx([1.0, 0.4, 0.55], rel=1e-3)

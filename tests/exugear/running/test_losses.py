@@ -1,5 +1,6 @@
 """Friction of stages and drag of shafts in runs: power balance, excitation of the bearings, signs, rest."""
 
+from dataclasses import replace
 from itertools import pairwise
 from math import cos, sin
 
@@ -8,6 +9,7 @@ import pytest
 from friction_cases import MU
 from measured_rows import deviation
 from paper_gears import paper_gear, paper_pair
+from planetary_boxes import GEAR, PIN, helical_box, planar_box, planetary_box
 from scenes import linear_law, ran, smooth_box, smooth_stage
 
 import exugear
@@ -16,6 +18,7 @@ from fem.units import mm, rpm, um
 PAIR = paper_pair()
 FRICTION = exugear.MeshFriction.of_pair(PAIR, MU)
 BALL = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-4)
+SILENT = {"progress": False, "checks": 0}
 PITCHES, OMEGA, LOAD = 2, 2.0, 150.0
 MESH_PERIOD = 2 * np.pi / (OMEGA * PAIR.pinion.z)
 #: Bearings of both shafts: none, or so that the bodies are planar or in space.
@@ -241,3 +244,43 @@ def test_plan_names_friction_and_drag_or_nothing():
 def test_stages_refuse_other_friction():
     with pytest.raises(ValueError, match=r"friction must be an exugear.MeshFriction"):
         smooth_box(friction=0.06)
+
+
+def dragged_set(kind: str, **changes) -> exugear.Gearbox:
+    """A set whose planets a torque of 2 N m brakes on their pins."""
+    drag = exugear.Drag(2.0)
+    if kind == "ideal":
+        return planetary_box(planet=exugear.Shaft("planet", {0.0: [GEAR, drag]}), **changes)
+    box_of = helical_box if kind == "space" else planar_box
+    return box_of(pin=replace(PIN, drag=drag), **changes)
+
+
+@pytest.mark.parametrize("kind", ["ideal", "planar", "space"])
+@pytest.mark.parametrize(("held", "driving"), [("ring", "sun"), ("ring", "carrier"), ("carrier", "sun")])
+def test_drag_of_planets_brakes_them_on_their_carrier(kind, held, driving):
+    """Power by their speeds against the carrier; torques on the whole set balance, as the pins take the reaction."""
+    gearbox = dragged_set(kind, held=held, driving=driving)
+    run = exugear.run_up(exugear.build(gearbox), speed=20.0, load=400.0, duration=5e-3, power=True, **SILENT)
+    against_pin = 20.0 * abs(gearbox.ratios["planet 1"] - gearbox.ratios["carrier"])
+    assert run.data["drag_loss"].sum("shaft").mean() == pytest.approx(3 * 2.0 * against_pin, rel=1e-3)
+    assert run.energy_balance().relative < 1e-7
+    means = run.data.mean("time")
+    drive, load = (gearbox.directions[x.name] for x in (gearbox.driving, gearbox.driven))
+    about_z = [drive * float(means["drive_torque"]), -load * 400.0, float(means["reaction_torque"])]
+    assert sum(about_z) == pytest.approx(0.0, abs=0.2)
+
+
+def test_a_drive_of_load_and_drag_of_planets_keeps_the_speed_of_a_free_set():
+    """A quarter of the load, and the drags by the planets' turns against the carrier per turn of the sun, 3/4."""
+    model = exugear.build(dragged_set("planar", held="ring"))
+    ends = {"drives": {"sun": exugear.Torque(400.0 / 4 + 3 * 2.0 * 3 / 4)}, "loads": {"carrier": 400.0}}
+    run = exugear.run(model, **ends, start_speed={"sun": 100.0}, duration=0.02, power=True, **SILENT)
+    assert float(run.data["shaft_speed"].sel(shaft="sun")[-200:].mean()) == pytest.approx(100.0, abs=0.05)
+
+
+def test_drag_by_the_load_of_a_pin_that_turns_is_refused():
+    drag = exugear.BearingDrag(25 * mm, 2.0, 25e-6, 3e-4)
+    with pytest.raises(ValueError, match="load of the BearingDrag of planet 'planet 1', whose pin turns"):
+        planar_box(pin=replace(PIN, drag=drag))
+    planar_box(pin=replace(PIN, drag=replace(drag, load=1500.0)))
+    planar_box(pin=replace(PIN, drag=drag), held="carrier")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from coupled_sets import stepped
-from planetary_boxes import PIN, planetary, planetary_box, published_set, waving_law
+from planetary_boxes import PIN, planar_box, planetary, planetary_box, published_set, waving_law
 
 import exugear
 from fem.units import deg, um
@@ -142,6 +142,30 @@ def test_the_ring_hears_the_planet_that_passes(in_sequence):
     assert float(heard[np.abs(at - 60 * deg).argmin()]) == 0.0
     whole = exugear.force_seen_from_ring(in_sequence)
     assert float(whole["mesh_order"]) == 99.0
+
+
+@pytest.mark.parametrize("held", ["ring", "carrier"])
+def test_a_run_that_goes_on_is_seen_from_where_it_began(held):
+    """Carrier and ring have turned by then: as the second half of one run of twice the duration."""
+    soft = exugear.Bearing(radial=1e6, axial=1e8, tilt=1e6, damping_time=2e-5)
+    model = exugear.build(planar_box(soft, held=held, pin_errors=[-20 * um, 0, 0]))
+    turning = "carrier" if held == "ring" else "ring"
+
+    def run_of(duration: float, initial: exugear.Run | None = None) -> exugear.Run:
+        drives, options = {"sun": exugear.Speed(100.0)}, {"step": 2e-5, "sample": 2e-5, "progress": False, "checks": 0}
+        ends = {"drives": drives, "loads": {turning: 400.0}, "duration": duration, "initial": initial}
+        return exugear.run(model, **ends, displacement=True, **options)
+
+    whole, half = run_of(0.08), run_of(0.04)
+    second = run_of(0.04, half)
+
+    def seen(run: exugear.Run) -> list[np.ndarray]:
+        heard = exugear.force_seen_from_ring(run, angle=1.0, reach=1.0).values
+        return [heard, *exugear.member_orbit(run, "sun", frame=turning)["displacement"].values]
+
+    number = second.data.sizes["time"]
+    for of_whole, of_second in zip(seen(whole), seen(second), strict=True):
+        assert of_second == pytest.approx(of_whole[-number:], abs=1e-3 * np.abs(of_whole).max())
 
 
 def test_wrong_signals_and_numbers_are_refused(in_sequence):

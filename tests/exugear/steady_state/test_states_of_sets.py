@@ -1,5 +1,7 @@
 """Steady states of planetary sets: against settled runs, and what the phases of the planets suppress."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from elastic_rings import BOLTS, BUSH, box_on_ring, ring_modes, set_on_ring
@@ -175,3 +177,17 @@ def test_what_turns_in_the_frame_of_the_carrier_is_refused(words):
     model = exugear.build(REFUSED[words]())
     with pytest.raises(ValueError, match=words):
         exugear.steady_states(model, speed=(100.0, 102.0), load=1200.0, progress=False)
+
+
+def test_planets_that_are_thrown_into_the_ring_have_no_steady_states():
+    """The lost backlash is 2 sin(alpha) m a omega^2 / k, of a planet on its pin alone."""
+    box = planar_box(sun_bearing=None, driving="carrier", law=replace(waving_law(), backlash=60 * um))
+    model, planet = exugear.build(box), box.ends["planet 1"]
+    limit = (60 * um * PIN.radial / (2 * np.sin(20 * deg) * planet.mass * 90 * mm)) ** 0.5
+    with pytest.raises(ValueError, match="as planets are thrown outwards: both flanks"):
+        exugear.steady_states(model, speed=(limit, 1.03 * limit), load=400.0, progress=False)
+    with pytest.raises(exugear.RunStopped, match="both flanks"):
+        exugear.run_up(model, speed=1.03 * limit, load=400.0, duration=1e-3, progress=False, checks=0)
+    with pytest.raises(exugear.RunStopped, match="so close that their backlash"):
+        exugear.run_up(model, speed=1.2 * limit, load=400.0, duration=1e-3, progress=False, checks=0)
+    exugear.run_up(model, speed=0.95 * limit, load=400.0, duration=1e-3, progress=False, checks=0)
