@@ -27,6 +27,8 @@ from fem.support.version import __version__
 from fem.units import GPa, deg, mm
 
 VERSION = "1.4"
+#: Suffixes of the containers of REXS that are read but not written.
+NOT_XML = ".rexsj", ".json", ".rexsz", ".zip"
 #: Units of REXS, and the SI values of one of them.
 UNITS = {
     "mm": mm,
@@ -65,8 +67,10 @@ def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] 
     Sections, rolling bearings of one row by their inner geometry, external forces and gravity are written, too. Returns
     an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
     unbalance, bearings with clearance, guidance, offsets of shafts, masses beyond those of their parts. Raises
-    ValueError for gearboxes with planetary sets.
+    ValueError for gearboxes with planetary sets, and for names that say JSON or a zip archive.
     """
+    suffix = Path(path).suffix
+    require(suffix.lower() not in NOT_XML, f"path must name an XML file, say gearbox.rexs, got the suffix {suffix!r}")
     sets = [stage.name for stage in gearbox.stages if stage.carrier is not None]
     require(not sets, f"planetary sets are not written, got {sets}; write the parallel stages alone")
     writing = _Writing()

@@ -10,12 +10,13 @@ import numpy as np
 
 from exugear.gearbox.bearing import RIGID, SOFT, Bearing, about_pole
 from exugear.gearbox.drag import AnyDrag
-from exugear.rolling_bearings.catalogue import HABITS, Sizes, described, estimated_row, pitch_diameter
+from exugear.rolling_bearings.catalogue import HABITS, Sizes, capacity_errors, described, estimated_row, pitch_diameter
 from exugear.rolling_bearings.law import LawRecord, Response, law_record, response
 from exugear.rolling_bearings.life import dynamic_capacity, reference_life
 from exugear.rolling_bearings.rows import SHORT_DROP, TAPERED_DROP, BallRow, RollerRow, Row
 from exugear.rolling_bearings.statics import NotCarried, equilibrium
 from fem.support.arguments import Finite, Numbers, checked
+from fem.support.user_warning import warn_user
 from fem.support.validation import require, require_finite
 from fem.units import deg, mm, um
 
@@ -26,6 +27,8 @@ ELEMENTS = 3, 500
 #: Arrangements of pairs: directions of the row with the smaller and with the larger axial position.
 ARRANGEMENTS = {"O": (1, -1), "X": (-1, 1), "tandem": (1, 1)}
 COORDINATES = 5
+#: Largest error of the capacities of an estimated bearing [1]: those of catalogues are within a few per cent.
+LARGEST_CAPACITY_ERROR = 0.25
 #: Laminae of a roller unless others are given.
 LAMINAE = 30
 
@@ -266,7 +269,7 @@ class RollingBearing:
 
         The elements are those that fit the capacities of ISO 281 and ISO 76 and what bearings of a type have in common.
         Needle bearings vary too much: give their geometry. Raises ValueError for other kinds and for sizes that no
-        bearing has.
+        bearing has; warns where no bearing of the kind and size has both capacities.
         """
         kinds = ", ".join(map(repr, HABITS))
         require(kind in HABITS, f"kind must be one of {kinds}, got {kind!r}")
@@ -280,7 +283,10 @@ class RollingBearing:
         require(angular == (alpha != 0), f"alpha must be given for bearings with a contact angle only, got {alpha:g}")
         if angular:
             _check_angle(alpha, direction)
-        row, text = _estimate(kind, Sizes(d, D, B, C, C_0, alpha), direction, clearance)
+        sizes = Sizes(d, D, B, C, C_0, alpha)
+        row, text = _estimate(kind, sizes, direction, clearance)
+        if max(map(abs, capacity_errors(row, sizes))) > LARGEST_CAPACITY_ERROR:
+            warn_user(f"no {kind} bearing of this size has C = {C:g} N and C_0 = {C_0:g} N: {text}; check these")
         return cls(kind, (row,), C=C, damping_time=damping_time, drag=drag, estimate=text)
 
     @classmethod

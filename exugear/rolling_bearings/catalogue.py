@@ -102,13 +102,18 @@ def _fit(kind: str, sizes: Sizes, row_of: Callable[[int, float, float], Row], Z:
 def described(row: Row, alternatives: list[Row], sizes: Sizes) -> str:
     """The estimate in words, with its error; alternatives: rows that fit nearly as well."""
     length = f", L_we {row.L_we / mm:.3g} mm" if isinstance(row, RollerRow) else ""
-    off = dynamic_capacity(row) / sizes.C - 1, static_capacity(row) / sizes.C_0 - 1
+    off = capacity_errors(row, sizes)
     geometry = f"inner geometry estimated: Z {row.Z}, D_w {row.D_w / mm:.3g} mm{length}"
     spread = max((abs(stiffness_measure(x) / stiffness_measure(row) - 1) for x in alternatives), default=0.0)
     fit = f"its C and C_0 are {off[0]:+.1%} and {off[1]:+.1%} off the given ones"
     numbers = sorted({x.Z for x in alternatives})
     doubt = f"{numbers} elements fit nearly as well, which changes the stiffness by up to {spread:.1%}"
     return f"{geometry}; {fit}; {doubt if alternatives else 'no other number of elements fits'}"
+
+
+def capacity_errors(row: Row, sizes: Sizes) -> tuple[float, float]:
+    """Relative errors of C and C_0 of an estimated row."""
+    return dynamic_capacity(row) / sizes.C - 1, static_capacity(row) / sizes.C_0 - 1
 
 
 def stiffness_measure(row: Row) -> float:

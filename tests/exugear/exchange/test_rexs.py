@@ -564,6 +564,13 @@ def test_a_law_in_place_of_a_map_is_refused(tmp_path):
         read(two_stages(), tmp_path, mesh=lambda pair, torque: law)
 
 
+def test_json_and_archives_are_not_written(tmp_path):
+    box = read(two_stages(), tmp_path).gearbox
+    with pytest.raises(ValueError, match=r"path must name an XML file, .* got the suffix '.zip'"):
+        exugear.write_rexs(tmp_path / "written.zip", box)
+    assert not (tmp_path / "written.zip").exists()
+
+
 def test_planetary_sets_are_not_written(tmp_path):
     with pytest.raises(ValueError, match="planetary sets are not written"):
         exugear.write_rexs(tmp_path / "written.rexs", read(planetary(), tmp_path).gearbox)

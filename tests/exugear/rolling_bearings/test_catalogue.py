@@ -45,3 +45,10 @@ def test_kinds_and_angles_that_are_not_estimated_are_refused_in_words():
         RollingBearing.from_catalogue("needle", **sizes)
     with pytest.raises(ValueError, match="alpha must be given"):
         RollingBearing.from_catalogue("deep groove", **sizes, alpha=15 * deg)
+
+
+def test_capacities_that_no_bearing_has_warn():
+    sizes = {"d": 25 * mm, "D": 52 * mm, "B": 15 * mm, "C": 14e3}
+    RollingBearing.from_catalogue("deep groove", **sizes, C_0=7.85e3)
+    with pytest.warns(UserWarning, match=r"no deep groove bearing .* its C and C_0 are \+44.* -83.* off"):
+        RollingBearing.from_catalogue("deep groove", **sizes, C_0=60e3)
