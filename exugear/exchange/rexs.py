@@ -183,8 +183,8 @@ def _mesh_of(mesh: str | Callable, pair: GearPair, torque: float, axial: float, 
     axial = axial if abs(axial) > LEAST_AXIAL else 0.0
     if callable(mesh):
         ste = mesh(pair, torque, **{"offsets": Offsets(axial=axial)} if axial and _takes_offsets(mesh) else {})
-        other = f"mesh must return an STE map, an xarray.Dataset, got {type(ste).__name__}"
-        require(isinstance(ste, xr.Dataset), f"{other}; return what fem.static_transmission_error returns")
+        wrong = f"mesh must return the map that fem.static_transmission_error returns, got {type(ste).__name__}"
+        require(isinstance(ste, xr.Dataset), wrong)
         return ste
     if mesh == "iso6336":
         return _constant_map(pair, torque, axial)
