@@ -560,7 +560,7 @@ def test_unknown_choices_are_refused(argument, value, tmp_path):
 
 def test_a_law_in_place_of_a_map_is_refused(tmp_path):
     law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 3e5], [0, 3e5]])
-    with pytest.raises(ValueError, match="mesh must return the map .* got MeshForce"):
+    with pytest.raises(ValueError, match=r"mesh must return the map .* got MeshForce"):
         read(two_stages(), tmp_path, mesh=lambda pair, torque: law)
 
 
