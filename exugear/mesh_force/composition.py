@@ -57,7 +57,7 @@ from exugear.mesh_force.patches import (
     table_behind,
 )
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
-from fem.support.numba_cache import compiled, unchecked
+from fem.support.numba_cache import apart, compiled, unchecked
 from fem.support.on_demand import on_demand
 
 #: Most tooth pairs that may touch at a time.
@@ -83,7 +83,8 @@ PAIR = record_type(
     *((name, "f8") for name in ("load", "stiffness", "load_by_s", "energy", "by_s", "by_lever")),
     *((name, "f8") for name in ("increase", "increase_slope", "moment", "moment_by_load", "moment_bend")),
     *((name, "f8") for name in ("moment_by_s", "moment_by_load_s", "tilt")),
-    *((name, "f8", MOST) for name in ("matrix", "coupling", "tilts", "tilts_by_s", "by_moments")),
+    *((name, "f8") for name in ("turn", "turn_by_load", "turn_bend", "turn_by_tilt", "turn_by_both", "turn_tilt_bend")),
+    *((name, "f8", MOST) for name in ("matrix", "coupling", "tilts", "tilts_by_s", "by_moments", "bends")),
     ("right", "f8", 3),
 )
 #: Newton's method ends where a step is this share of the deflection of each tooth pair, of which the square is left: a
@@ -91,9 +92,9 @@ PAIR = record_type(
 SMALL, STEPS = 0.1, 40
 #: Share of the penetration over which loads of two tooth pairs without increments change linearly to 1e-9.
 LINEAR = 3e-4
-#: Whole steps, which all but some states of light loads and unlike leads converge in; the others change between two
-#: states for ever, and take smaller and smaller shares from then on.
-WHOLE = 8.0
+#: Where it does not end, as where a tooth pair just touches, the deflection of each is found by halving, again and
+#: again for all: as the potential is convex, they come nearer to the solution each time.
+SWEEPS, HALVINGS = 40, 64
 #: What to try where it does not end.
 NOT_FOUND = "deflections of unlike tooth pairs were not found; map more torques, or the phases of all pitches instead"
 #: Least penetration of which that share is taken, over the largest one.
@@ -102,9 +103,6 @@ LIGHT = 1e-3
 #: until the penetration is below the second share of its range, where the pair may part. The compliance of a narrow
 #: contact grows without bound as its load falls: full steps would go to no load and back for ever.
 KEPT, PARTED = 0.1, 1e-6
-#: Least slope of what a tooth pair deflects by what it would deflect alone, as of tooth pairs that hardly touch beside
-#: heavily loaded ones.
-LEAST_SLOPE = 0.1
 #: Most deviation of a tooth pair from its place by pitch deviations [pitches].
 MOST_TURN = 0.05
 #: Numba's types of a table's head, and of tuples: laws without composition compile nothing of this module.
@@ -280,7 +278,7 @@ def begin(pair, penetration):
     pair.stiffness = pair.largest_force / pair.largest
     pair.load = pair.stiffness * penetration
     pair.increase, pair.increase_slope = pair.further, 0.0
-    pair.moment = pair.moment_by_load = pair.moment_bend = pair.moment_by_s = pair.moment_by_load_s = pair.tilt = 0.0
+    pair.moment = pair.moment_by_load = pair.moment_bend = pair.moment_by_s = pair.moment_by_load_s = 0.0
 
 
 @compiled
@@ -377,12 +375,34 @@ def solve(teeth, single, block, lever, n, pairs):
     """Find deflections of n tooth pairs that touch, by Newton's method; RuntimeError where they are not found."""
     write_couplings(teeth, n, pairs)
     step(teeth, lever, n, 1.0, pairs)
-    for i in range(STEPS):
+    for _ in range(STEPS):
         for p in range(n):
             write_load(teeth, single, block, lever, pairs[p])
-        if step(teeth, lever, n, 1.0 if i < WHOLE else WHOLE / i, pairs):
+        if step(teeth, lever, n, 1.0, pairs):
+            return
+    for _ in range(SWEEPS):
+        for p in range(n):
+            halve(teeth, single, block, lever, n, pairs, p)
+        if step(teeth, lever, n, 0.0, pairs):
             return
     raise RuntimeError(NOT_FOUND)
+
+
+@apart
+def halve(teeth, single, block, lever, n, pairs, p):
+    """Find the deflection of tooth pair p under the loads of the others, by halving its range."""
+    pair = pairs[p]
+    low, high = pair.unloaded - pair.largest, pair.largest_x
+    for _ in range(HALVINGS):
+        pair.x = 0.5 * (low + high)
+        write_load(teeth, single, block, lever, pair)
+        write_system(teeth, lever, n, pairs)
+        if pair.right[0] > 0.0:
+            high = pair.x
+        else:
+            low = pair.x
+    if pair.load == 0.0:
+        pair.x -= pair.right[0]
 
 
 @compiled
@@ -492,28 +512,96 @@ def write_system(teeth, lever, n, pairs):
             a.right[0] += c * b.load
             b.right[0] += c * a.load
     if teeth.in_block > 0:
-        add_moments(lever, n, pairs)
+        add_moments(teeth, lever, n, pairs)
 
 
 @compiled
-def add_moments(lever, n, pairs):
-    """Add what moments of the loads couple to the matrix and to the first right side, and write tilts."""
+def add_moments(teeth, lever, n, pairs):
+    """Add what moments of the loads couple to the matrix and to the first right side; write tilts and turns."""
+    limited = False
     for p in range(n):
         a = pairs[p]
-        tilt, slope = lever, a.moment_by_load
+        a.tilt = lever
         for q in range(n):
             if q != p:
-                b = pairs[q]
-                tilted, further = a.tilts[q], b.tilts[p]
-                by_moment = a.by_moments[q] if p < q else b.by_moments[p]
-                tilt += tilted * b.load + by_moment * b.moment
-                a.right[0] += further * b.moment
-                a.matrix[q] += (
-                    further * b.moment_by_load + slope * (tilted + by_moment * b.moment_by_load)
-                ) * b.stiffness
-        a.tilt = tilt
-        a.right[0] += slope * tilt
-        a.matrix[p] = max(a.matrix[p] + a.moment_bend * tilt * a.stiffness, LEAST_SLOPE)
+                a.tilt += a.tilts[q] * pairs[q].load + 0.5 * by_moment(p, q, pairs) * pairs[q].moment
+        limited = write_turn(teeth, a) or limited
+    for p in range(n):
+        a = pairs[p]
+        a.right[0] += a.moment_by_load * a.turn + a.moment * a.turn_by_load
+        bend = a.moment_bend * a.turn + 2.0 * a.moment_by_load * a.turn_by_load + a.moment * a.turn_bend
+        for q in range(n):
+            if q != p:
+                b, half = pairs[q], 0.5 * by_moment(p, q, pairs)
+                moved = b.moment * b.turn_by_tilt
+                a.right[0] += moved * tilt_by_load(q, p, pairs)
+                bend += moved * half * a.moment_bend
+                ahead, behind = tilt_by_load(p, q, pairs), tilt_by_load(q, p, pairs)
+                a.bends[q] = moment_turned(a) * ahead + moment_turned(b) * behind
+        a.bends[p] = bend
+    if limited:
+        add_limits(n, pairs)
+    for p in range(n):
+        for q in range(n):
+            pairs[p].matrix[q] += pairs[p].bends[q] * pairs[q].stiffness
+
+
+@compiled
+def by_moment(p, q, pairs):
+    """Tilt of tooth pair p by the moment of q, and likewise [rad/(N m)]."""
+    return pairs[p].by_moments[q] if p < q else pairs[q].by_moments[p]
+
+
+@compiled
+def tilt_by_load(p, q, pairs):
+    """Slope of the tilt of tooth pair p by the load of q [rad/N]."""
+    return pairs[p].tilts[q] + 0.5 * by_moment(p, q, pairs) * pairs[q].moment_by_load
+
+
+@compiled
+def moment_turned(pair):
+    """Slope by load and tilt of the work of the moment of a tooth pair [m]."""
+    return pair.moment_by_load * pair.turn_by_tilt + pair.moment * pair.turn_by_both
+
+
+@compiled
+def add_limits(n, pairs):
+    """Add to the bends what limited turns couple."""
+    for r in range(n):
+        bend = pairs[r].moment * pairs[r].turn_tilt_bend
+        if bend != 0.0:
+            for p in range(n):
+                if p != r:
+                    of_p = bend * tilt_by_load(r, p, pairs)
+                    for q in range(n):
+                        if q != r:
+                            pairs[p].bends[q] += of_p * tilt_by_load(r, q, pairs)
+
+
+@compiled
+def write_turn(teeth, pair):
+    """Write the turn by which the moment of a tooth pair works, with its derivatives; whether it is limited.
+
+    It is the tilt, up to half of a limit that grows with the load, and comes near to the limit beyond.
+    """
+    limit, tilt = teeth.tilt_by_load * pair.load, pair.tilt
+    if abs(tilt) <= 0.5 * limit:
+        pair.turn, pair.turn_by_tilt = tilt, 1.0
+        pair.turn_by_load = pair.turn_bend = pair.turn_by_both = pair.turn_tilt_bend = 0.0
+        return False
+    pair.turn = pair.turn_by_tilt = pair.turn_by_load = pair.turn_bend = pair.turn_by_both = pair.turn_tilt_bend = 0.0
+    if limit > 0.0:
+        u = abs(tilt) / limit
+        v = u - 0.5
+        root = 1.0 / sqrt(1.0 + 4.0 * v * v)
+        share, slope, bend = 0.5 + v * root, root**3, -12.0 * v * root**5
+        sign = 1.0 if tilt > 0.0 else -1.0
+        pair.turn, pair.turn_by_tilt = sign * limit * share, slope
+        pair.turn_by_load = sign * teeth.tilt_by_load * (share - u * slope)
+        pair.turn_tilt_bend = sign * bend / limit
+        pair.turn_by_both = -u * bend / pair.load
+        pair.turn_bend = sign * teeth.tilt_by_load * u * u * bend / pair.load
+    return True
 
 
 @compiled
@@ -573,7 +661,7 @@ def summed(teeth, single, block, lever, n, penetration, largest_force, pairs):
             a.right[1] -= c_s * b.load + c * b.load_by_s
             b.right[1] -= c_s * a.load + c * a.load_by_s
     if teeth.in_block > 0:
-        of_energy, of_phase, moments = sum_moments(lever, n, pairs)
+        of_energy, of_phase, moments = sum_moments(n, pairs)
         energy, by_phase, by_lever = energy - of_energy, by_phase - of_phase, by_lever - moments
     solve_in_place(n, 3, pairs)
     for p in range(n):
@@ -603,29 +691,52 @@ def write_potential(teeth, single, block, lever, pair):
 
 
 @compiled
-def sum_moments(lever, n, pairs):
-    """(energy, its slope by s at given loads, sum of moments); takes what moves with s from the second right side."""
-    energy, by_s, moments = 0.0, 0.0, 0.0
+def sum_moments(n, pairs):
+    """(energy, its slope by s at given loads, by the lever); takes what moves with s from the second right side."""
+    energy, by_s, by_lever = 0.0, 0.0, 0.0
     for p in range(n):
         a = pairs[p]
-        moments += a.moment
-        energy += lever * a.moment
-        by_s += a.moment_by_s * a.tilt
-        moved = (a.moment_by_load_s + a.moment_bend * a.load_by_s) * a.tilt
+        energy += a.moment * a.turn
+        by_lever += a.moment * a.turn_by_tilt
+        tilt_s = 0.0
         for q in range(n):
             if q != p:
-                b = pairs[q]
-                tilted, tilted_s = a.tilts[q], a.tilts_by_s[q]
-                further, further_s = b.tilts[p], b.tilts_by_s[p]
-                by_moment, by_moment_s = a.by_moments[q], b.by_moments[p]
-                if q < p:
-                    by_moment, by_moment_s = by_moment_s, by_moment
-                moment_s = b.moment_by_s + b.moment_by_load * b.load_by_s
-                energy += a.moment * (tilted * b.load + 0.5 * by_moment * b.moment)
-                by_s += a.moment * (tilted_s * b.load + 0.5 * by_moment_s * b.moment)
-                moved += further_s * b.moment + further * moment_s
-                moved += a.moment_by_load * (
-                    tilted_s * b.load + tilted * b.load_by_s + by_moment_s * b.moment + by_moment * moment_s
+                tilt_s += tilt_by_s(p, q, pairs)
+        by_s += a.moment_by_s * a.turn + a.moment * a.turn_by_tilt * tilt_s
+        # of the slope of the energy by the load at given loads
+        moved = a.moment_by_load_s * a.turn + a.moment_by_s * a.turn_by_load + moment_turned(a) * tilt_s
+        for q in range(n):
+            b = pairs[q]
+            moved += a.bends[q] * b.load_by_s
+            if q != p:
+                work_s = b.moment_by_s * b.turn_by_tilt
+                if b.turn_tilt_bend != 0.0:
+                    for r in range(n):
+                        if r != q:
+                            work_s += b.moment * b.turn_tilt_bend * tilt_by_s(q, r, pairs)
+                moved += work_s * tilt_by_load(q, p, pairs)
+                moved += (
+                    b.moment
+                    * b.turn_by_tilt
+                    * (
+                        b.tilts_by_s[p]
+                        + 0.5 * by_moment_s(q, p, pairs) * a.moment_by_load
+                        + 0.5 * by_moment(q, p, pairs) * a.moment_by_load_s
+                    )
                 )
         a.right[1] -= moved
-    return energy, by_s, moments
+    return energy, by_s, by_lever
+
+
+@compiled
+def by_moment_s(p, q, pairs):
+    """Slope of `by_moment` by s."""
+    return pairs[q].by_moments[p] if p < q else pairs[p].by_moments[q]
+
+
+@compiled
+def tilt_by_s(p, q, pairs):
+    """Slope by s of the part of the tilt of tooth pair p by q, at given loads."""
+    a, b = pairs[p], pairs[q]
+    moved = by_moment_s(p, q, pairs) * b.moment + by_moment(p, q, pairs) * b.moment_by_s
+    return a.tilts_by_s[q] * b.load + 0.5 * moved
