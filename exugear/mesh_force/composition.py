@@ -82,7 +82,7 @@ PAIR = record_type(
     *(("load_cell", "i8"), ("jets", "f8", 6), ("interval", "i8"), ("increments", "f8", INTERVAL)),
     *((name, "f8") for name in ("load", "stiffness", "load_by_s", "energy", "by_s", "by_lever")),
     *((name, "f8") for name in ("increase", "increase_slope", "moment", "moment_by_load", "moment_bend")),
-    *((name, "f8") for name in ("moment_by_s", "moment_by_load_s", "tilt")),
+    *((name, "f8") for name in ("moment_by_s", "moment_by_load_s", "tilt", "tilt_by_s")),
     *((name, "f8") for name in ("turn", "turn_by_load", "turn_bend", "turn_by_tilt", "turn_by_both", "turn_tilt_bend")),
     *((name, "f8", MOST) for name in ("matrix", "coupling", "tilts", "tilts_by_s", "by_moments", "bends")),
     ("right", "f8", 3),
@@ -158,7 +158,7 @@ def phase_of(table, cell: Cell):
 
 @unchecked
 def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
-    """Write position, range and deflections of all tooth pairs that touch at a deflection of the mesh.
+    """Write position, range and deflections of all tooth pairs that may touch at a deflection of the mesh.
 
     (number of them, deflection at which the first one touches; that of any that may touch)
     """
@@ -166,6 +166,9 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
     ahead, first = phase - whole, inf
     k, n = int(ceil(teeth.first - ahead)), 0  # noqa: RUF046
     tooth_1, tooth_2 = (k - whole) % teeth.z_1, (whole - k) % teeth.z_2
+    pull = 0.0
+    if teeth.pull > 0.0 and any_varies(teeth, tooth_1, tooth_2, int(teeth.last - ahead) - k):
+        pull = teeth.pull
     while ahead + k <= teeth.last and n < MOST:
         d_1, d_2 = pitch_of(teeth, teeth.pitch_1_start, tooth_1), pitch_of(teeth, teeth.pitch_2_start, tooth_2)
         s = ahead + k + min(max((d_2 - d_1) * teeth.turn, -MOST_TURN), MOST_TURN)
@@ -183,12 +186,24 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
                 centroid = centroid_of_block(single, block, cell_of(pair), range_of_pair(pair), 0.0)
                 pair.touches += lever * centroid.value
             first = min(first, pair.touches)
-            if pair.touches < deflection:
+            if pair.touches - pull < deflection:
                 n += 1
         k += 1
         tooth_1 = tooth_1 + 1 if tooth_1 + 1 < teeth.z_1 else 0
         tooth_2 = tooth_2 - 1 if tooth_2 > 0 else teeth.z_2 - 1
     return n, first
+
+
+@compiled
+def any_varies(teeth, tooth_1, tooth_2, further):
+    """Whether any of the tooth pairs from this one on has increments, so that their moments may pull neighbours."""
+    for _ in range(further + 1):
+        variant_1 = variant_of(teeth, teeth.variant_1_start, tooth_1)
+        if variant_1 >= 0 or variant_of(teeth, teeth.variant_2_start, tooth_2) >= 0:
+            return True
+        tooth_1 = tooth_1 + 1 if tooth_1 + 1 < teeth.z_1 else 0
+        tooth_2 = tooth_2 - 1 if tooth_2 > 0 else teeth.z_2 - 1
+    return False
 
 
 @compiled
@@ -254,9 +269,9 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
         penetration, largest_force = deflection - pair.touches, max(largest_force, pair.largest_force)
         if penetration > (1.0 + CONTINUED) * pair.largest:
             end = min(end, pair.touches + pair.largest)
-        begin(pair, penetration)
+        begin(teeth, pair, penetration)
     penetration = deflection - first
-    if n == 0:
+    if penetration <= 0.0:
         return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, largest_force)
     if end < inf:
         raise ValueError(deflection, end, nan, nan, table.side)
@@ -269,14 +284,14 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
 
 
 @compiled
-def begin(pair, penetration):
+def begin(teeth, pair, penetration):
     """Let a tooth pair deflect by its secant stiffness, from which Newton's method begins."""
-    # couplings only add to deflections
     pair.x = pair.free - pair.further
-    pair.largest_x = pair.x if pair.varies == 0 else pair.unloaded + pair.largest
+    # couplings of loads only add to deflections
+    pair.largest_x = pair.x if teeth.in_block == 0 else pair.unloaded + pair.largest
     pair.load_cell, pair.interval = -1, -1
     pair.stiffness = pair.largest_force / pair.largest
-    pair.load = pair.stiffness * penetration
+    pair.load = pair.stiffness * max(penetration, 0.0)
     pair.increase, pair.increase_slope = pair.further, 0.0
     pair.moment = pair.moment_by_load = pair.moment_bend = pair.moment_by_s = pair.moment_by_load_s = 0.0
 
@@ -518,64 +533,63 @@ def write_system(teeth, lever, n, pairs):
 @compiled
 def add_moments(teeth, lever, n, pairs):
     """Add what moments of the loads couple to the matrix and to the first right side; write tilts and turns."""
+    for p in range(n):
+        pairs[p].tilt = lever
+    for p in range(n):
+        a = pairs[p]
+        for q in range(p + 1, n):
+            b, half = pairs[q], 0.5 * a.by_moments[q]
+            a.tilt += a.tilts[q] * b.load + half * b.moment
+            b.tilt += b.tilts[p] * a.load + half * a.moment
     limited = False
     for p in range(n):
         a = pairs[p]
-        a.tilt = lever
-        for q in range(n):
-            if q != p:
-                a.tilt += a.tilts[q] * pairs[q].load + 0.5 * by_moment(p, q, pairs) * pairs[q].moment
         limited = write_turn(teeth, a) or limited
+        a.right[0] += a.moment_by_load * a.turn + a.moment * a.turn_by_load
+        a.bends[p] = a.moment_bend * a.turn + 2.0 * a.moment_by_load * a.turn_by_load + a.moment * a.turn_bend
     for p in range(n):
         a = pairs[p]
-        a.right[0] += a.moment_by_load * a.turn + a.moment * a.turn_by_load
-        bend = a.moment_bend * a.turn + 2.0 * a.moment_by_load * a.turn_by_load + a.moment * a.turn_bend
-        for q in range(n):
-            if q != p:
-                b, half = pairs[q], 0.5 * by_moment(p, q, pairs)
-                moved = b.moment * b.turn_by_tilt
-                a.right[0] += moved * tilt_by_load(q, p, pairs)
-                bend += moved * half * a.moment_bend
-                ahead, behind = tilt_by_load(p, q, pairs), tilt_by_load(q, p, pairs)
-                a.bends[q] = moment_turned(a) * ahead + moment_turned(b) * behind
-        a.bends[p] = bend
+        for q in range(p + 1, n):
+            b, half = pairs[q], 0.5 * a.by_moments[q]
+            tilt_a, tilt_b = a.tilts[q] + half * b.moment_by_load, b.tilts[p] + half * a.moment_by_load
+            of_a, of_b = a.moment * a.turn_by_tilt, b.moment * b.turn_by_tilt
+            a.right[0] += of_b * tilt_b
+            b.right[0] += of_a * tilt_a
+            a.bends[p] += of_b * half * a.moment_bend
+            b.bends[q] += of_a * half * b.moment_bend
+            a.bends[q] = b.bends[p] = work_bend(a) * tilt_a + work_bend(b) * tilt_b
     if limited:
         add_limits(n, pairs)
     for p in range(n):
+        a = pairs[p]
         for q in range(n):
-            pairs[p].matrix[q] += pairs[p].bends[q] * pairs[q].stiffness
+            a.matrix[q] += a.bends[q] * pairs[q].stiffness
 
 
 @compiled
-def by_moment(p, q, pairs):
-    """Tilt of tooth pair p by the moment of q, and likewise [rad/(N m)]."""
-    return pairs[p].by_moments[q] if p < q else pairs[q].by_moments[p]
+def work_bend(pair):
+    """Second derivative by load and tilt of the work of the moment of a tooth pair [m]."""
+    return pair.moment_by_load * pair.turn_by_tilt + pair.moment * pair.turn_by_both
+
+
+@apart
+def add_limits(n, pairs):
+    """Add to the bends what limited turns couple."""
+    for r in range(n):
+        limiting = pairs[r]
+        bend = limiting.moment * limiting.turn_tilt_bend
+        if bend != 0.0:
+            for p in range(n):
+                for q in range(n):
+                    if p != r and q != r:
+                        pairs[p].bends[q] += bend * tilt_by_load(r, p, pairs) * tilt_by_load(r, q, pairs)
 
 
 @compiled
 def tilt_by_load(p, q, pairs):
     """Slope of the tilt of tooth pair p by the load of q [rad/N]."""
-    return pairs[p].tilts[q] + 0.5 * by_moment(p, q, pairs) * pairs[q].moment_by_load
-
-
-@compiled
-def moment_turned(pair):
-    """Slope by load and tilt of the work of the moment of a tooth pair [m]."""
-    return pair.moment_by_load * pair.turn_by_tilt + pair.moment * pair.turn_by_both
-
-
-@compiled
-def add_limits(n, pairs):
-    """Add to the bends what limited turns couple."""
-    for r in range(n):
-        bend = pairs[r].moment * pairs[r].turn_tilt_bend
-        if bend != 0.0:
-            for p in range(n):
-                if p != r:
-                    of_p = bend * tilt_by_load(r, p, pairs)
-                    for q in range(n):
-                        if q != r:
-                            pairs[p].bends[q] += of_p * tilt_by_load(r, q, pairs)
+    by_moment = pairs[p].by_moments[q] if p < q else pairs[q].by_moments[p]
+    return pairs[p].tilts[q] + 0.5 * by_moment * pairs[q].moment_by_load
 
 
 @compiled
@@ -693,50 +707,36 @@ def write_potential(teeth, single, block, lever, pair):
 @compiled
 def sum_moments(n, pairs):
     """(energy, its slope by s at given loads, by the lever); takes what moves with s from the second right side."""
+    for p in range(n):
+        pairs[p].tilt_by_s = 0.0
+    for p in range(n):
+        a = pairs[p]
+        for q in range(p + 1, n):
+            b, half, half_s = pairs[q], 0.5 * a.by_moments[q], 0.5 * pairs[q].by_moments[p]
+            a.tilt_by_s += a.tilts_by_s[q] * b.load + half_s * b.moment + half * b.moment_by_s
+            b.tilt_by_s += b.tilts_by_s[p] * a.load + half_s * a.moment + half * a.moment_by_s
     energy, by_s, by_lever = 0.0, 0.0, 0.0
     for p in range(n):
         a = pairs[p]
-        energy += a.moment * a.turn
-        by_lever += a.moment * a.turn_by_tilt
-        tilt_s = 0.0
-        for q in range(n):
-            if q != p:
-                tilt_s += tilt_by_s(p, q, pairs)
-        by_s += a.moment_by_s * a.turn + a.moment * a.turn_by_tilt * tilt_s
-        # of the slope of the energy by the load at given loads
-        moved = a.moment_by_load_s * a.turn + a.moment_by_s * a.turn_by_load + moment_turned(a) * tilt_s
-        for q in range(n):
-            b = pairs[q]
-            moved += a.bends[q] * b.load_by_s
-            if q != p:
-                work_s = b.moment_by_s * b.turn_by_tilt
-                if b.turn_tilt_bend != 0.0:
-                    for r in range(n):
-                        if r != q:
-                            work_s += b.moment * b.turn_tilt_bend * tilt_by_s(q, r, pairs)
-                moved += work_s * tilt_by_load(q, p, pairs)
-                moved += (
-                    b.moment
-                    * b.turn_by_tilt
-                    * (
-                        b.tilts_by_s[p]
-                        + 0.5 * by_moment_s(q, p, pairs) * a.moment_by_load
-                        + 0.5 * by_moment(q, p, pairs) * a.moment_by_load_s
-                    )
-                )
-        a.right[1] -= moved
+        of_a = a.moment * a.turn_by_tilt
+        energy, by_lever = energy + a.moment * a.turn, by_lever + of_a
+        by_s += a.moment_by_s * a.turn + of_a * a.tilt_by_s
+        a.right[1] -= a.moment_by_load_s * a.turn + a.moment_by_s * a.turn_by_load + work_bend(a) * a.tilt_by_s
+        a.right[1] -= a.bends[p] * a.load_by_s
+    for p in range(n):
+        a = pairs[p]
+        for q in range(p + 1, n):
+            b, half, half_s = pairs[q], 0.5 * a.by_moments[q], 0.5 * pairs[q].by_moments[p]
+            tilt_a, tilt_b = a.tilts[q] + half * b.moment_by_load, b.tilts[p] + half * a.moment_by_load
+            tilt_a_s = a.tilts_by_s[q] + half_s * b.moment_by_load + half * b.moment_by_load_s
+            tilt_b_s = b.tilts_by_s[p] + half_s * a.moment_by_load + half * a.moment_by_load_s
+            of_a, of_b = a.moment * a.turn_by_tilt, b.moment * b.turn_by_tilt
+            a.right[1] -= a.bends[q] * b.load_by_s + work_by_tilt_s(b) * tilt_b + of_b * tilt_b_s
+            b.right[1] -= b.bends[p] * a.load_by_s + work_by_tilt_s(a) * tilt_a + of_a * tilt_a_s
     return energy, by_s, by_lever
 
 
 @compiled
-def by_moment_s(p, q, pairs):
-    """Slope of `by_moment` by s."""
-    return pairs[q].by_moments[p] if p < q else pairs[p].by_moments[q]
-
-
-@compiled
-def tilt_by_s(p, q, pairs):
-    """Slope by s of the part of the tilt of tooth pair p by q, at given loads."""
-    a, b = pairs[p], pairs[q]
-    moved = by_moment_s(p, q, pairs) * b.moment + by_moment(p, q, pairs) * b.moment_by_s
-    return a.tilts_by_s[q] * b.load + 0.5 * moved
+def work_by_tilt_s(pair):
+    """Slope by s of the derivative by the tilt of the work of the moment of a tooth pair, at given loads."""
+    return pair.moment_by_s * pair.turn_by_tilt + pair.moment * pair.turn_tilt_bend * pair.tilt_by_s

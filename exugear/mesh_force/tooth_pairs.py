@@ -142,6 +142,13 @@ class ToothPairs:
         arm = float(np.abs(self.moments[..., 1:] / load).max(initial=0.0))
         return LIMIT / (arm * self.single.stiffness_max) if arm > 0 else inf
 
+    @property
+    def pull(self) -> float:
+        """Most by which moments of the loads of tooth pairs let their neighbours touch earlier [m]."""
+        of_both = np.split(self.moments.reshape(self.blocks, -1, *self.moments.shape[1:]), self.meeting.shape[:1], 1)
+        most = sum(float(np.abs(x).max(initial=0.0)) for x in of_both)
+        return most * float(np.abs(self.moment_coupling[:2]).max(initial=0.0))
+
     def without_deviations(self) -> "ToothPairs":
         """Tooth pairs that are all alike."""
         none = {f"pitch_{i}": np.zeros(1) for i in (1, 2)} | {f"variant_{i}": np.full(1, -1) for i in (1, 2)}
@@ -200,6 +207,7 @@ class ToothPairs:
             largest_load=self.largest_load,
             turn=self.turn,
             tilt_by_load=self.tilt_by_load,
+            pull=self.pull,
             **starts,
         )
         return record_of(kind, head=head, **arrays, increments=increments, single=single)
