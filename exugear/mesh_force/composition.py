@@ -7,8 +7,8 @@ i of single teeth lie between x and the deflection y of the mesh:
     x_p + i_p(f_p; s_p) + dE/df_p = y - d_p,    E = f^T c f / 2 + sum M_p(f_p; s_p) g_p
 
 E couples the loads, and the moments M by which single teeth move their load along the face: g_p is the tilt of tooth
-pair p by the loads of the others, the misalignment of the lever, and half of that by their moments. Newton's method
-solves for x. All forces derive from one potential, that of the single tooth pairs U_p:
+pair p by the loads of the others, the misalignment of the lever, and half of that by their moments, up to a limit that
+grows with f_p (`write_turn`), with which V is convex. Newton's method solves for x. All forces derive from one potential, that of the single tooth pairs U_p:
 
     V = sum f_p (y - d_p) - sum (f_p x_p - U_p) - sum of the work of i_p - E,   dV/dy = sum f_p
 
@@ -70,10 +70,11 @@ MOST = 8
 #: number of the interval of the increments, and its numbers.
 #: At x: load, stiffness, slope of the load by s; of the potential that is stationary at the solution the value, and its
 #: slopes by s and lever; of the increment the value and its slope by the load; moment of the load with its derivatives,
-#: the tilt on which it works. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by
-#: s below; tilts of this tooth pair by the loads of others, and their slopes by s; tilts by moments above, and their
-#: slopes below the diagonal. Three right sides, and then their solutions: what is not balanced, what the phase moves,
-#: and 1.
+#: the tilt and its slope by s; the turn, the limited tilt on which it works, with its first and second derivatives by
+#: load and tilt. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by s below; tilts
+#: of this tooth pair by the loads of others, and their slopes by s; tilts by moments above, and their slopes below the
+#: diagonal; second derivatives by the loads of what moments work. Three right sides, and then their solutions: what is
+#: not balanced, what the phase moves, and 1.
 PAIR = record_type(
     *((name, "f8") for name in ("s", "touches", "free", "x", "largest_x")),
     *(("low", "i8"), ("high", "i8"), ("share", "f8")),
