@@ -8,7 +8,8 @@ i of single teeth lie between x and the deflection y of the mesh:
 
 E couples the loads, and the moments M by which single teeth move their load along the face: g_p is the tilt of tooth
 pair p by the loads of the others, the misalignment of the lever, and half of that by their moments, up to a limit that
-grows with f_p (`write_turn`), with which V is convex. Newton's method solves for x. All forces derive from one potential, that of the single tooth pairs U_p:
+grows with f_p (`write_turn`), with which the potential is convex. Newton's method solves for x. All forces derive from
+one potential, that of the single tooth pairs U_p:
 
     V = sum f_p (y - d_p) - sum (f_p x_p - U_p) - sum of the work of i_p - E,   dV/dy = sum f_p
 
@@ -71,10 +72,10 @@ MOST = 8
 #: At x: load, stiffness, slope of the load by s; of the potential that is stationary at the solution the value, and its
 #: slopes by s and lever; of the increment the value and its slope by the load; moment of the load with its derivatives,
 #: the tilt and its slope by s; the turn, the limited tilt on which it works, with its first and second derivatives by
-#: load and tilt. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by s below; tilts
-#: of this tooth pair by the loads of others, and their slopes by s; tilts by moments above, and their slopes below the
-#: diagonal; second derivatives by the loads of what moments work. Three right sides, and then their solutions: what is
-#: not balanced, what the phase moves, and 1.
+#: load and tilt. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by s below;
+#: tilts of this tooth pair by the loads of others, and their slopes by s; tilts by moments above, and their slopes below
+#: the diagonal; second derivatives by the loads of what moments work. Three right sides, and then their solutions: what
+#: is not balanced, what the phase moves, and 1.
 PAIR = record_type(
     *((name, "f8") for name in ("s", "touches", "free", "x", "largest_x")),
     *(("low", "i8"), ("high", "i8"), ("share", "f8")),
