@@ -73,7 +73,7 @@ MOST = 8
 #: slopes by s and lever; of the increment the value and its slope by the load; moment of the load with its derivatives,
 #: the tilt and its slope by s; the turn, the limited tilt on which it works, with its first and second derivatives by
 #: load and tilt. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by s below;
-#: tilts of this tooth pair by the loads of others, and their slopes by s; tilts by moments above, and their slopes below
+#: tilts of this tooth pair by the loads of others, with slopes by s; tilts by moments above, and their slopes below
 #: the diagonal; second derivatives by the loads of what moments work. Three right sides, and then their solutions: what
 #: is not balanced, what the phase moves, and 1.
 PAIR = record_type(
