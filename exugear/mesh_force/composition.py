@@ -528,7 +528,7 @@ def write_system(teeth, lever, n, pairs):
             a.matrix[q], b.matrix[p] = c * b.stiffness, c * a.stiffness
             a.right[0] += c * b.load
             b.right[0] += c * a.load
-    if teeth.in_block > 0:
+    if teeth.tilt_by_load > 0.0:
         add_moments(teeth, lever, n, pairs)
 
 
@@ -676,7 +676,7 @@ def summed(teeth, single, block, lever, n, penetration, largest_force, pairs):
             by_phase -= c_s * a.load * b.load
             a.right[1] -= c_s * b.load + c * b.load_by_s
             b.right[1] -= c_s * a.load + c * a.load_by_s
-    if teeth.in_block > 0:
+    if teeth.tilt_by_load > 0.0:
         of_energy, of_phase, moments = sum_moments(n, pairs)
         energy, by_phase, by_lever = energy - of_energy, by_phase - of_phase, by_lever - moments
     solve_in_place(n, 3, pairs)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import ceil, inf, isnan, nan, prod
+from math import ceil, isnan, nan, prod
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,8 @@ LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
 MOST_FALL = 0.15
 #: Share of its deflection by which the tilt of a tooth pair may move the flanks at the longest arm of its load.
 LIMIT = 0.5
+#: Longest arm of loads whose moments do not count [m]: flanks tilt by up to 1e-3.
+LEAST_ARM = 1e-6
 #: Unloaded deflection of a single tooth pair up to which it is on the path of contact [m].
 TOUCHING = 1e-6
 #: Error over what deviations add, and error [m], above which a law warns: the theory states up to 8 % (spalls).
@@ -133,14 +135,14 @@ class ToothPairs:
 
     @property
     def tilt_by_load(self) -> float:
-        """Limit of the tilt by which the moment of a tooth pair works, per load [rad/N].
+        """Limit of the tilt by which the moment of a tooth pair works, per load [rad/N]; 0 where no moments count.
 
         At the longest arm of a load it moves the flanks by half of what the load deflects them. Under a larger tilt a
         part of the face is without load, and the moment that was solved without tilt is not that of the rest.
         """
         load = self.largest_load * np.linspace(0, 1, INCREMENT_LOADS)[1:] ** 2
         arm = float(np.abs(self.moments[..., 1:] / load).max(initial=0.0))
-        return LIMIT / (arm * self.single.stiffness_max) if arm > 0 else inf
+        return LIMIT / (arm * self.single.stiffness_max) if arm > LEAST_ARM else 0.0
 
     @property
     def pull(self) -> float:
