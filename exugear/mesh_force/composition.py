@@ -7,8 +7,9 @@ i of single teeth lie between x and the deflection y of the mesh:
     x_p + i_p(f_p; s_p) + dE/df_p = y - d_p,    E = f^T c f / 2 + sum M_p(f_p; s_p) g_p
 
 E couples the loads, and the moments M by which single teeth move their load along the face: g_p is the tilt of tooth
-pair p by the loads of the others, the misalignment of the lever, and half of that by their moments. Newton's method
-solves for x. All forces derive from one potential, that of the single tooth pairs U_p:
+pair p by the loads of the others, the misalignment of the lever, and half of that by their moments, up to a limit that
+grows with f_p (`write_turn`), with which the potential is convex. Newton's method solves for x. All forces derive from
+one potential, that of the single tooth pairs U_p:
 
     V = sum f_p (y - d_p) - sum (f_p x_p - U_p) - sum of the work of i_p - E,   dV/dy = sum f_p
 
@@ -57,7 +58,7 @@ from exugear.mesh_force.patches import (
     table_behind,
 )
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
-from fem.support.numba_cache import compiled, unchecked
+from fem.support.numba_cache import apart, compiled, unchecked
 from fem.support.on_demand import on_demand
 
 #: Most tooth pairs that may touch at a time.
@@ -70,10 +71,11 @@ MOST = 8
 #: number of the interval of the increments, and its numbers.
 #: At x: load, stiffness, slope of the load by s; of the potential that is stationary at the solution the value, and its
 #: slopes by s and lever; of the increment the value and its slope by the load; moment of the load with its derivatives,
-#: the tilt on which it works. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by
-#: s below; tilts of this tooth pair by the loads of others, and their slopes by s; tilts by moments above, and their
-#: slopes below the diagonal. Three right sides, and then their solutions: what is not balanced, what the phase moves,
-#: and 1.
+#: the tilt and its slope by s; the turn, the limited tilt on which it works, with its first and second derivatives by
+#: load and tilt. Rows of the matrix of Newton's method; couplings above the diagonal, and their slopes by s below;
+#: tilts of this tooth pair by the loads of others, with slopes by s; tilts by moments above, and their slopes below
+#: the diagonal; second derivatives by the loads of what moments work. Three right sides, and then their solutions: what
+#: is not balanced, what the phase moves, and 1.
 PAIR = record_type(
     *((name, "f8") for name in ("s", "touches", "free", "x", "largest_x")),
     *(("low", "i8"), ("high", "i8"), ("share", "f8")),
@@ -82,8 +84,9 @@ PAIR = record_type(
     *(("load_cell", "i8"), ("jets", "f8", 6), ("interval", "i8"), ("increments", "f8", INTERVAL)),
     *((name, "f8") for name in ("load", "stiffness", "load_by_s", "energy", "by_s", "by_lever")),
     *((name, "f8") for name in ("increase", "increase_slope", "moment", "moment_by_load", "moment_bend")),
-    *((name, "f8") for name in ("moment_by_s", "moment_by_load_s", "tilt")),
-    *((name, "f8", MOST) for name in ("matrix", "coupling", "tilts", "tilts_by_s", "by_moments")),
+    *((name, "f8") for name in ("moment_by_s", "moment_by_load_s", "tilt", "tilt_by_s")),
+    *((name, "f8") for name in ("turn", "turn_by_load", "turn_bend", "turn_by_tilt", "turn_by_both", "turn_tilt_bend")),
+    *((name, "f8", MOST) for name in ("matrix", "coupling", "tilts", "tilts_by_s", "by_moments", "bends")),
     ("right", "f8", 3),
 )
 #: Newton's method ends where a step is this share of the deflection of each tooth pair, of which the square is left: a
@@ -91,9 +94,9 @@ PAIR = record_type(
 SMALL, STEPS = 0.1, 40
 #: Share of the penetration over which loads of two tooth pairs without increments change linearly to 1e-9.
 LINEAR = 3e-4
-#: Whole steps, which all but some states of light loads and unlike leads converge in; the others change between two
-#: states for ever, and take smaller and smaller shares from then on.
-WHOLE = 8.0
+#: Where it does not end, as where a tooth pair just touches, the deflection of each is found by halving, again and
+#: again for all: as the potential is convex, they come nearer to the solution each time.
+SWEEPS, HALVINGS = 40, 64
 #: What to try where it does not end.
 NOT_FOUND = "deflections of unlike tooth pairs were not found; map more torques, or the phases of all pitches instead"
 #: Least penetration of which that share is taken, over the largest one.
@@ -102,9 +105,6 @@ LIGHT = 1e-3
 #: until the penetration is below the second share of its range, where the pair may part. The compliance of a narrow
 #: contact grows without bound as its load falls: full steps would go to no load and back for ever.
 KEPT, PARTED = 0.1, 1e-6
-#: Least slope of what a tooth pair deflects by what it would deflect alone, as of tooth pairs that hardly touch beside
-#: heavily loaded ones.
-LEAST_SLOPE = 0.1
 #: Most deviation of a tooth pair from its place by pitch deviations [pitches].
 MOST_TURN = 0.05
 #: Numba's types of a table's head, and of tuples: laws without composition compile nothing of this module.
@@ -160,7 +160,7 @@ def phase_of(table, cell: Cell):
 
 @unchecked
 def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
-    """Write position, range and deflections of all tooth pairs that touch at a deflection of the mesh.
+    """Write position, range and deflections of all tooth pairs that may touch at a deflection of the mesh.
 
     (number of them, deflection at which the first one touches; that of any that may touch)
     """
@@ -168,6 +168,9 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
     ahead, first = phase - whole, inf
     k, n = int(ceil(teeth.first - ahead)), 0  # noqa: RUF046
     tooth_1, tooth_2 = (k - whole) % teeth.z_1, (whole - k) % teeth.z_2
+    pull = 0.0
+    if teeth.pull > 0.0 and any_varies(teeth, tooth_1, tooth_2, int(teeth.last - ahead) - k):
+        pull = teeth.pull
     while ahead + k <= teeth.last and n < MOST:
         d_1, d_2 = pitch_of(teeth, teeth.pitch_1_start, tooth_1), pitch_of(teeth, teeth.pitch_2_start, tooth_2)
         s = ahead + k + min(max((d_2 - d_1) * teeth.turn, -MOST_TURN), MOST_TURN)
@@ -185,12 +188,24 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
                 centroid = centroid_of_block(single, block, cell_of(pair), range_of_pair(pair), 0.0)
                 pair.touches += lever * centroid.value
             first = min(first, pair.touches)
-            if pair.touches < deflection:
+            if pair.touches - pull < deflection:
                 n += 1
         k += 1
         tooth_1 = tooth_1 + 1 if tooth_1 + 1 < teeth.z_1 else 0
         tooth_2 = tooth_2 - 1 if tooth_2 > 0 else teeth.z_2 - 1
     return n, first
+
+
+@compiled
+def any_varies(teeth, tooth_1, tooth_2, further):
+    """Whether any of the tooth pairs from this one on has increments, so that their moments may pull neighbours."""
+    for _ in range(further + 1):
+        variant_1 = variant_of(teeth, teeth.variant_1_start, tooth_1)
+        if variant_1 >= 0 or variant_of(teeth, teeth.variant_2_start, tooth_2) >= 0:
+            return True
+        tooth_1 = tooth_1 + 1 if tooth_1 + 1 < teeth.z_1 else 0
+        tooth_2 = tooth_2 - 1 if tooth_2 > 0 else teeth.z_2 - 1
+    return False
 
 
 @compiled
@@ -256,9 +271,9 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
         penetration, largest_force = deflection - pair.touches, max(largest_force, pair.largest_force)
         if penetration > (1.0 + CONTINUED) * pair.largest:
             end = min(end, pair.touches + pair.largest)
-        begin(pair, penetration)
+        begin(teeth, pair, penetration)
     penetration = deflection - first
-    if n == 0:
+    if penetration <= 0.0:
         return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, largest_force)
     if end < inf:
         raise ValueError(deflection, end, nan, nan, table.side)
@@ -271,16 +286,16 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
 
 
 @compiled
-def begin(pair, penetration):
+def begin(teeth, pair, penetration):
     """Let a tooth pair deflect by its secant stiffness, from which Newton's method begins."""
-    # couplings only add to deflections
     pair.x = pair.free - pair.further
-    pair.largest_x = pair.x if pair.varies == 0 else pair.unloaded + pair.largest
+    # couplings of loads only add to deflections
+    pair.largest_x = pair.x if teeth.in_block == 0 else pair.unloaded + pair.largest
     pair.load_cell, pair.interval = -1, -1
     pair.stiffness = pair.largest_force / pair.largest
-    pair.load = pair.stiffness * penetration
+    pair.load = pair.stiffness * max(penetration, 0.0)
     pair.increase, pair.increase_slope = pair.further, 0.0
-    pair.moment = pair.moment_by_load = pair.moment_bend = pair.moment_by_s = pair.moment_by_load_s = pair.tilt = 0.0
+    pair.moment = pair.moment_by_load = pair.moment_bend = pair.moment_by_s = pair.moment_by_load_s = 0.0
 
 
 @compiled
@@ -377,12 +392,34 @@ def solve(teeth, single, block, lever, n, pairs):
     """Find deflections of n tooth pairs that touch, by Newton's method; RuntimeError where they are not found."""
     write_couplings(teeth, n, pairs)
     step(teeth, lever, n, 1.0, pairs)
-    for i in range(STEPS):
+    for _ in range(STEPS):
         for p in range(n):
             write_load(teeth, single, block, lever, pairs[p])
-        if step(teeth, lever, n, 1.0 if i < WHOLE else WHOLE / i, pairs):
+        if step(teeth, lever, n, 1.0, pairs):
+            return
+    for _ in range(SWEEPS):
+        for p in range(n):
+            halve(teeth, single, block, lever, n, pairs, p)
+        if step(teeth, lever, n, 0.0, pairs):
             return
     raise RuntimeError(NOT_FOUND)
+
+
+@apart
+def halve(teeth, single, block, lever, n, pairs, p):
+    """Find the deflection of tooth pair p under the loads of the others, by halving its range."""
+    pair = pairs[p]
+    low, high = pair.unloaded - pair.largest, pair.largest_x
+    for _ in range(HALVINGS):
+        pair.x = 0.5 * (low + high)
+        write_load(teeth, single, block, lever, pair)
+        write_system(teeth, lever, n, pairs)
+        if pair.right[0] > 0.0:
+            high = pair.x
+        else:
+            low = pair.x
+    if pair.load == 0.0:
+        pair.x -= pair.right[0]
 
 
 @compiled
@@ -491,29 +528,96 @@ def write_system(teeth, lever, n, pairs):
             a.matrix[q], b.matrix[p] = c * b.stiffness, c * a.stiffness
             a.right[0] += c * b.load
             b.right[0] += c * a.load
-    if teeth.in_block > 0:
-        add_moments(lever, n, pairs)
+    if teeth.tilt_by_load > 0.0:
+        add_moments(teeth, lever, n, pairs)
 
 
 @compiled
-def add_moments(lever, n, pairs):
-    """Add what moments of the loads couple to the matrix and to the first right side, and write tilts."""
+def add_moments(teeth, lever, n, pairs):
+    """Add what moments of the loads couple to the matrix and to the first right side; write tilts and turns."""
+    for p in range(n):
+        pairs[p].tilt = lever
     for p in range(n):
         a = pairs[p]
-        tilt, slope = lever, a.moment_by_load
+        for q in range(p + 1, n):
+            b, half = pairs[q], 0.5 * a.by_moments[q]
+            a.tilt += a.tilts[q] * b.load + half * b.moment
+            b.tilt += b.tilts[p] * a.load + half * a.moment
+    limited = False
+    for p in range(n):
+        a = pairs[p]
+        limited = write_turn(teeth, a) or limited
+        a.right[0] += a.moment_by_load * a.turn + a.moment * a.turn_by_load
+        a.bends[p] = a.moment_bend * a.turn + 2.0 * a.moment_by_load * a.turn_by_load + a.moment * a.turn_bend
+    for p in range(n):
+        a = pairs[p]
+        for q in range(p + 1, n):
+            b, half = pairs[q], 0.5 * a.by_moments[q]
+            tilt_a, tilt_b = a.tilts[q] + half * b.moment_by_load, b.tilts[p] + half * a.moment_by_load
+            of_a, of_b = a.moment * a.turn_by_tilt, b.moment * b.turn_by_tilt
+            a.right[0] += of_b * tilt_b
+            b.right[0] += of_a * tilt_a
+            a.bends[p] += of_b * half * a.moment_bend
+            b.bends[q] += of_a * half * b.moment_bend
+            a.bends[q] = b.bends[p] = work_bend(a) * tilt_a + work_bend(b) * tilt_b
+    if limited:
+        add_limits(n, pairs)
+    for p in range(n):
+        a = pairs[p]
         for q in range(n):
-            if q != p:
-                b = pairs[q]
-                tilted, further = a.tilts[q], b.tilts[p]
-                by_moment = a.by_moments[q] if p < q else b.by_moments[p]
-                tilt += tilted * b.load + by_moment * b.moment
-                a.right[0] += further * b.moment
-                a.matrix[q] += (
-                    further * b.moment_by_load + slope * (tilted + by_moment * b.moment_by_load)
-                ) * b.stiffness
-        a.tilt = tilt
-        a.right[0] += slope * tilt
-        a.matrix[p] = max(a.matrix[p] + a.moment_bend * tilt * a.stiffness, LEAST_SLOPE)
+            a.matrix[q] += a.bends[q] * pairs[q].stiffness
+
+
+@compiled
+def work_bend(pair):
+    """Second derivative by load and tilt of the work of the moment of a tooth pair [m]."""
+    return pair.moment_by_load * pair.turn_by_tilt + pair.moment * pair.turn_by_both
+
+
+@apart
+def add_limits(n, pairs):
+    """Add to the bends what limited turns couple."""
+    for r in range(n):
+        limiting = pairs[r]
+        bend = limiting.moment * limiting.turn_tilt_bend
+        if bend != 0.0:
+            for p in range(n):
+                for q in range(n):
+                    if p != r and q != r:
+                        pairs[p].bends[q] += bend * tilt_by_load(r, p, pairs) * tilt_by_load(r, q, pairs)
+
+
+@compiled
+def tilt_by_load(p, q, pairs):
+    """Slope of the tilt of tooth pair p by the load of q [rad/N]."""
+    by_moment = pairs[p].by_moments[q] if p < q else pairs[q].by_moments[p]
+    return pairs[p].tilts[q] + 0.5 * by_moment * pairs[q].moment_by_load
+
+
+@compiled
+def write_turn(teeth, pair):
+    """Write the turn by which the moment of a tooth pair works, with its derivatives; whether it is limited.
+
+    It is the tilt, up to half of a limit that grows with the load, and comes near to the limit beyond.
+    """
+    limit, tilt = teeth.tilt_by_load * pair.load, pair.tilt
+    if abs(tilt) <= 0.5 * limit:
+        pair.turn, pair.turn_by_tilt = tilt, 1.0
+        pair.turn_by_load = pair.turn_bend = pair.turn_by_both = pair.turn_tilt_bend = 0.0
+        return False
+    pair.turn = pair.turn_by_tilt = pair.turn_by_load = pair.turn_bend = pair.turn_by_both = pair.turn_tilt_bend = 0.0
+    if limit > 0.0:
+        u = abs(tilt) / limit
+        v = u - 0.5
+        root = 1.0 / sqrt(1.0 + 4.0 * v * v)
+        share, slope, bend = 0.5 + v * root, root**3, -12.0 * v * root**5
+        sign = 1.0 if tilt > 0.0 else -1.0
+        pair.turn, pair.turn_by_tilt = sign * limit * share, slope
+        pair.turn_by_load = sign * teeth.tilt_by_load * (share - u * slope)
+        pair.turn_tilt_bend = sign * bend / limit
+        pair.turn_by_both = -u * bend / pair.load
+        pair.turn_bend = sign * teeth.tilt_by_load * u * u * bend / pair.load
+    return True
 
 
 @compiled
@@ -572,8 +676,8 @@ def summed(teeth, single, block, lever, n, penetration, largest_force, pairs):
             by_phase -= c_s * a.load * b.load
             a.right[1] -= c_s * b.load + c * b.load_by_s
             b.right[1] -= c_s * a.load + c * a.load_by_s
-    if teeth.in_block > 0:
-        of_energy, of_phase, moments = sum_moments(lever, n, pairs)
+    if teeth.tilt_by_load > 0.0:
+        of_energy, of_phase, moments = sum_moments(n, pairs)
         energy, by_phase, by_lever = energy - of_energy, by_phase - of_phase, by_lever - moments
     solve_in_place(n, 3, pairs)
     for p in range(n):
@@ -603,29 +707,38 @@ def write_potential(teeth, single, block, lever, pair):
 
 
 @compiled
-def sum_moments(lever, n, pairs):
-    """(energy, its slope by s at given loads, sum of moments); takes what moves with s from the second right side."""
-    energy, by_s, moments = 0.0, 0.0, 0.0
+def sum_moments(n, pairs):
+    """(energy, its slope by s at given loads, by the lever); takes what moves with s from the second right side."""
+    for p in range(n):
+        pairs[p].tilt_by_s = 0.0
     for p in range(n):
         a = pairs[p]
-        moments += a.moment
-        energy += lever * a.moment
-        by_s += a.moment_by_s * a.tilt
-        moved = (a.moment_by_load_s + a.moment_bend * a.load_by_s) * a.tilt
-        for q in range(n):
-            if q != p:
-                b = pairs[q]
-                tilted, tilted_s = a.tilts[q], a.tilts_by_s[q]
-                further, further_s = b.tilts[p], b.tilts_by_s[p]
-                by_moment, by_moment_s = a.by_moments[q], b.by_moments[p]
-                if q < p:
-                    by_moment, by_moment_s = by_moment_s, by_moment
-                moment_s = b.moment_by_s + b.moment_by_load * b.load_by_s
-                energy += a.moment * (tilted * b.load + 0.5 * by_moment * b.moment)
-                by_s += a.moment * (tilted_s * b.load + 0.5 * by_moment_s * b.moment)
-                moved += further_s * b.moment + further * moment_s
-                moved += a.moment_by_load * (
-                    tilted_s * b.load + tilted * b.load_by_s + by_moment_s * b.moment + by_moment * moment_s
-                )
-        a.right[1] -= moved
-    return energy, by_s, moments
+        for q in range(p + 1, n):
+            b, half, half_s = pairs[q], 0.5 * a.by_moments[q], 0.5 * pairs[q].by_moments[p]
+            a.tilt_by_s += a.tilts_by_s[q] * b.load + half_s * b.moment + half * b.moment_by_s
+            b.tilt_by_s += b.tilts_by_s[p] * a.load + half_s * a.moment + half * a.moment_by_s
+    energy, by_s, by_lever = 0.0, 0.0, 0.0
+    for p in range(n):
+        a = pairs[p]
+        of_a = a.moment * a.turn_by_tilt
+        energy, by_lever = energy + a.moment * a.turn, by_lever + of_a
+        by_s += a.moment_by_s * a.turn + of_a * a.tilt_by_s
+        a.right[1] -= a.moment_by_load_s * a.turn + a.moment_by_s * a.turn_by_load + work_bend(a) * a.tilt_by_s
+        a.right[1] -= a.bends[p] * a.load_by_s
+    for p in range(n):
+        a = pairs[p]
+        for q in range(p + 1, n):
+            b, half, half_s = pairs[q], 0.5 * a.by_moments[q], 0.5 * pairs[q].by_moments[p]
+            tilt_a, tilt_b = a.tilts[q] + half * b.moment_by_load, b.tilts[p] + half * a.moment_by_load
+            tilt_a_s = a.tilts_by_s[q] + half_s * b.moment_by_load + half * b.moment_by_load_s
+            tilt_b_s = b.tilts_by_s[p] + half_s * a.moment_by_load + half * a.moment_by_load_s
+            of_a, of_b = a.moment * a.turn_by_tilt, b.moment * b.turn_by_tilt
+            a.right[1] -= a.bends[q] * b.load_by_s + work_by_tilt_s(b) * tilt_b + of_b * tilt_b_s
+            b.right[1] -= b.bends[p] * a.load_by_s + work_by_tilt_s(a) * tilt_a + of_a * tilt_a_s
+    return energy, by_s, by_lever
+
+
+@compiled
+def work_by_tilt_s(pair):
+    """Slope by s of the derivative by the tilt of the work of the moment of a tooth pair, at given loads."""
+    return pair.moment_by_s * pair.turn_by_tilt + pair.moment * pair.turn_tilt_bend * pair.tilt_by_s

@@ -25,6 +25,10 @@ LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
 #: Most fall of an increment beside the path of contact over the growth of the deflection: without load the slope of a
 #: cubic over t that begins flat is three times as large, and both teeth may have one.
 MOST_FALL = 0.15
+#: Share of its deflection by which the tilt of a tooth pair may move the flanks at the longest arm of its load.
+LIMIT = 0.5
+#: Longest arm of loads whose moments do not count [m]: flanks tilt by up to 1e-3.
+LEAST_ARM = 1e-6
 #: Unloaded deflection of a single tooth pair up to which it is on the path of contact [m].
 TOUCHING = 1e-6
 #: Error over what deviations add, and error [m], above which a law warns: the theory states up to 8 % (spalls).
@@ -129,6 +133,24 @@ class ToothPairs:
         of_teeth = self.increments.reshape(self.blocks, -1, *self.increments.shape[1:])[:, : sum(self.meeting.shape)]
         return least + float(of_teeth[:, :, on_path, 0].min(initial=0.0))
 
+    @property
+    def tilt_by_load(self) -> float:
+        """Limit of the tilt by which the moment of a tooth pair works, per load [rad/N]; 0 where no moments count.
+
+        At the longest arm of a load it moves the flanks by half of what the load deflects them. Under a larger tilt a
+        part of the face is without load, and the moment that was solved without tilt is not that of the rest.
+        """
+        load = self.largest_load * np.linspace(0, 1, INCREMENT_LOADS)[1:] ** 2
+        arm = float(np.abs(self.moments[..., 1:] / load).max(initial=0.0))
+        return LIMIT / (arm * self.single.stiffness_max) if arm > LEAST_ARM else 0.0
+
+    @property
+    def pull(self) -> float:
+        """Most by which moments of the loads of tooth pairs let their neighbours touch earlier [m]."""
+        of_both = np.split(self.moments.reshape(self.blocks, -1, *self.moments.shape[1:]), self.meeting.shape[:1], 1)
+        most = sum(float(np.abs(x).max(initial=0.0)) for x in of_both)
+        return most * float(np.abs(self.moment_coupling[:2]).max(initial=0.0))
+
     def without_deviations(self) -> "ToothPairs":
         """Tooth pairs that are all alike."""
         none = {f"pitch_{i}": np.zeros(1) for i in (1, 2)} | {f"variant_{i}": np.full(1, -1) for i in (1, 2)}
@@ -186,6 +208,8 @@ class ToothPairs:
             placed_steps=self.placed_steps,
             largest_load=self.largest_load,
             turn=self.turn,
+            tilt_by_load=self.tilt_by_load,
+            pull=self.pull,
             **starts,
         )
         return record_of(kind, head=head, **arrays, increments=increments, single=single)
@@ -201,7 +225,8 @@ def _with_slopes(values: np.ndarray) -> np.ndarray:
 def _nodes(values: np.ndarray, moments: np.ndarray, largest_load: float) -> np.ndarray:
     """(n_variant, n, n_t) records INCREMENT: flat at t = 0, where the load grows with t^2.
 
-    Moments grow with t^3 there, so that those of the neighbours do not change at which deflection teeth touch.
+    Moments grow with t^3 there, so that those of the neighbours do not change at which deflection teeth touch. All
+    greater ones lie so much lower that their slopes remain: they would overshoot else.
     """
     nodes = np.zeros(values.shape, INCREMENT)
     if not len(values):
@@ -216,7 +241,9 @@ def _nodes(values: np.ndarray, moments: np.ndarray, largest_load: float) -> np.n
     shares = (over_t(inner) * inner * np.tile(weights / 2, t.size - 1) * t[1]).reshape(*values.shape[:2], -1, 3)
     nodes["work"][..., 1:] = 2 * largest_load * np.cumsum(shares.sum(axis=-1), axis=-1)
     of_moments = scipy.interpolate.PchipInterpolator(t, moments, axis=2)(t, 1)
-    of_moments[..., 0], of_moments[..., 1] = 0, 3 * moments[..., 1] / t[1]
+    of_moments[..., 0] = 0
+    moments = moments - (moments[..., 1] - of_moments[..., 1] * t[1] / 3)[..., None]
+    moments[..., 0] = 0
     nodes["moment"], nodes["moment_by_t"] = moments, of_moments * t[1]
     slopes_of = ("value", "by_s"), ("by_t", "by_t_s"), ("work", "work_by_s")
     for name, slope in (*slopes_of, ("moment", "moment_by_s"), ("moment_by_t", "moment_by_t_s")):

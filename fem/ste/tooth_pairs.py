@@ -445,8 +445,9 @@ def _coupled_loads(contact: ToothContact, force: float) -> CoupledLoads:
     approach, axial = slices.closest.approach, (slices.low + slices.high) / 2
     share = loads.force[0] / (approach @ loads.force[0])
     arm = axial - (approach * share) @ axial
-    spread = (approach * share) @ arm**2
-    return CoupledLoads(slices.low, slices.high, share, share * arm / spread if spread > 0 else 0 * share)
+    # with the width of slices: a contact on a single one bears no moment
+    spread = (approach * share) @ (arm**2 + (slices.high - slices.low) ** 2 / 12)
+    return CoupledLoads(slices.low, slices.high, share, share * arm / spread)
 
 
 def _coupling(

@@ -241,6 +241,24 @@ def test_light_loads_of_teeth_on_their_edges_grow_with_the_deflection():
 
 
 @pytest.mark.slow
+def test_unlike_leads_beside_heavily_loaded_neighbours_have_a_convex_potential():
+    """The moment of a lightly loaded tooth pair worked on the whole tilt by its neighbour: the force jumped or was not
+    found in a state of a hundred. A lead also brings neighbours into contact that would not touch alone.
+    """
+    leads = tuple(fem.OnTooth(i, fem.HelixSlope(x * um)) for i, x in enumerate((0.5, 5.2)))
+    pair = small_pair(leads, beta=np.radians(20))
+    law = MeshForce.from_tooth_pairs(pairs_of(pair, checks=0), backlash=0.3 * mm)
+    above = np.concatenate([np.geomspace(1e-4, 0.2, 100), np.linspace(0.22, 10, 400)]) * um
+    for phase in np.linspace(9.5, 11.5, 41):
+        y = law.unloaded(phase)[0] + above
+        force, step = law(phase, y), 1e-4 * um
+        stiffness = (law(phase, y + step / 2) - law(phase, y - step / 2)) / step
+        secant = np.diff(force) / np.diff(y)
+        assert stiffness.min() > 0 and secant.min() > 0
+        assert secant.max() < 1.05 * stiffness.max() < 1e9
+
+
+@pytest.mark.slow
 def test_leads_of_helical_teeth_move_their_load_along_the_face():
     """Helix slopes of each tooth, 23/47, 20 deg: their moments couple with the neighbours; bar of the issue 4 %."""
     sizes, slopes = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 25 * mm}, np.random.default_rng(0).uniform(-6, 6, 23) * um
