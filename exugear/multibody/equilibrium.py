@@ -6,6 +6,7 @@ from math import isfinite
 import numpy as np
 
 from exugear.contact.reference_configuration import is_spatial
+from exugear.gearbox.bearing_law import tangent_stiffness
 from exugear.gearbox.gearbox import anchors_of, forces_of_motion
 from exugear.multibody.carrier_turns import rigid_motion, turned_with_carriers, velocities_by_turning
 from exugear.multibody.exudyn_objects import INITIAL
@@ -23,6 +24,7 @@ from exugear.multibody.static_loads import (
 )
 from exugear.multibody.velocity_lag import lag_of
 from exugear.operation.conditions import Conditions
+from exugear.planning.coordinates import Coordinates
 from exugear.planning.integrator_and_step import Rule
 from fem.units import um
 
@@ -104,7 +106,7 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
     settings.staticSolver.loadStepStart = conditions.start_time
     settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
-    cause = _jammed(model, _thrown_outwards(model, q, torques)) or NO_EQUILIBRIUM
+    cause = _jammed(model, _thrown_outwards(model, q, torques)) or _loose(model, q) or NO_EQUILIBRIUM
     at_start = explained(model, cause, lambda t: conditions.initial_speed, NoEquilibrium)
     with applied_torques(model, torques), at_start:
         system.SetODE2Coordinates(q, INITIAL)
@@ -138,6 +140,23 @@ def _jammed(model: Model, q: np.ndarray) -> str:
         f"stiffer pins or bearings, or a backlash above {(backlash - gap) / um:.3g} um (Gear(s_n=...), backlash=...)"
     )
     return f"{moved}, {both}; take {enough}, less load or speed, or let it rise more slowly"
+
+
+def _loose(model: Model, q: np.ndarray) -> str:
+    """The rigid shaft whose bearings do not hold it along its axis or against tilting at coordinates q, and the remedy.
+
+    "" where all are held, as by balls that are pressed.
+    """
+    for shaft in model.gearbox.shafts:
+        kind, spin = model.scene.shafts[shaft.name], model.spins[shaft.name]
+        if kind is not Coordinates.BEARINGS or shaft.name in {*model.gearbox.planets, *model.elastics}:
+            continue
+        on_body = q[spin - kind.spin_index : spin + 1]
+        stiffness = sum(tangent_stiffness(x, axial - shaft.centre, on_body) for axial, x in shaft.bearings.items())
+        if not np.diag(stiffness)[2:5].all():
+            loose = f"no static equilibrium: bearings of {shaft.name!r} with play or without load leave it loose"
+            return f"{loose} along its axis or in tilt; give one a preload (clearance < 0) or a linear Bearing"
+    return ""
 
 
 def _rounding_of_forces(model: Model, q: np.ndarray) -> float:

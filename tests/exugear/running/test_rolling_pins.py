@@ -71,6 +71,14 @@ def test_a_sun_on_a_preloaded_bearing_carries_nothing_under_equal_planets():
     )
 
 
+def test_a_sun_that_its_bearing_leaves_loose_is_told():
+    """Equal planets do not load the sun: nothing presses the balls."""
+    with_play = RollingBearing.deep_groove(Z=9, D_w=15 * mm, D_pw=60 * mm, clearance=5 * um, damping_time=2e-5)
+    model = exugear.build(planar_box(sun_bearing=with_play))
+    with pytest.raises(ValueError, match=r"bearings of 'sun' .* loose .* preload \(clearance < 0\)"):
+        exugear.run_up(model, speed=20.0, load=200.0, duration=2e-3, **OPTIONS)
+
+
 def test_modes_of_a_set_on_needles_lie_below_those_on_stiff_pins():
     modes = [
         exugear.modes(exugear.build(planar_box(pin=pin)), load=200.0)["frequency"].values
