@@ -42,8 +42,8 @@ BENDING = {
     "nitrided": ((1e3, 1.6), (3e6, 1.0)),
     "nitrocarburized": ((1e3, 1.1), (3e6, 1.0)),
 }
-#: Range in which the safety factor is sought.
-SAFETIES = 1e-3, 1e3
+#: Share by which the ends of the range of the safety factor lie beyond those of the line.
+ROUNDING = 1e-9
 #: Failures, and the stress of the map that each reads.
 STRESSES = {"pitting": "hertz_pressure", "bending": "root_stress"}
 
@@ -280,5 +280,6 @@ def _safety(curve: SNCurve, stress: np.ndarray, cycles: np.ndarray) -> float:
         """Damage less 1, limited where static strength is exceeded."""
         return float(np.minimum(_addends(curve, np.exp(log_factor) * stress, cycles).sum(), 2.0)) - 1.0
 
-    low, high = np.log(SAFETIES)
-    return float(np.exp(scipy.optimize.bisect(excess, low, high, xtol=1e-10)))
+    static, *_, endless = np.log(np.asarray(curve.stress, float) / stress[cycles > 0].max())
+    # Below endless life there is no damage, beyond static strength it is infinite.
+    return float(np.exp(scipy.optimize.bisect(excess, endless - ROUNDING, static + ROUNDING, xtol=1e-10)))

@@ -72,6 +72,13 @@ def test_both_ends_of_the_line():
     assert float(beyond["safety"].sel(gear="pinion")[0]) < 1
 
 
+@pytest.mark.parametrize("torque", [1e-4, 1.0])
+def test_the_safety_of_a_light_load_is_its_distance_from_endless_life(torque):
+    """2 MPa a N m against 340 MPa under 2e10 cycles, however far the stress lies below the line."""
+    light = exugear.tooth_damage(stresses(), torque, SPEED, 2e4 * HOURS, bending=LINE)
+    assert float(light["safety"].sel(gear="pinion")[0]) == pytest.approx(340 / (2 * torque), rel=1e-6)
+
+
 def test_a_level_line_bears_the_cycles_of_its_end():
     level = exugear.SNCurve([1e3, 1e6, 1e10], [800 * MPA, 500 * MPA, 500 * MPA])
     damage = exugear.tooth_damage(stresses(), 250.0, SPEED, HOURS, bending=level)
