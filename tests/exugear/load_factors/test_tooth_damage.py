@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from paper_gears import paper_pair
 from scenes import smooth_box
+from unequal_teeth import pair_of_unequal_teeth
 
 import exugear
 import fem
@@ -174,6 +175,13 @@ def test_refused_with_the_remedy(words):
     arguments = {"torque": 250.0, "speed": SPEED, "hours": HOURS, "bending": LINE} | REFUSED[words]
     with pytest.raises(ValueError, match=words):
         exugear.tooth_damage(stresses(), **arguments)
+
+
+def test_stresses_of_some_teeth_of_a_gear_whose_teeth_differ_are_refused():
+    """The damage of tooth 0 is not that of the worst tooth."""
+    of_first = stresses().assign_attrs(fem.ste_map(pair_of_unequal_teeth(), [0, 1.0], [0.0], np.zeros((2, 1))).attrs)
+    with pytest.raises(ValueError, match="stresses reach over 1 of the 12 pitches"):
+        exugear.tooth_damage(of_first, 250.0, SPEED, HOURS, bending=LINE)
 
 
 def test_lines_that_rise_are_refused():
