@@ -174,7 +174,7 @@ def drawn_deviations(
             parts.append(HelixSlope(float(rng.uniform(-1, 1) * tolerances.f_H_beta)))
         if parts:
             flank.append(OnTooth(tooth, tuple(parts)))
-    return replace(gear, flank=Sides(flank, gear.coast_flank) if isinstance(gear.flank, Sides) else tuple(flank))
+    return replace(gear, flank=Sides(tuple(flank), gear.coast_flank) if isinstance(gear.flank, Sides) else tuple(flank))
 
 
 def _total(slope: float, form: float) -> float:
