@@ -5,9 +5,12 @@ so that either gear has the phase of a mesh known up to multiples of its own num
 of a train is mounted with tooth 0, or the next one behind it, at the pitch point of its first mesh.
 """
 
+from collections.abc import Sequence
 from math import floor, gcd
 
+from exugear.gearbox.stage import Stage
 from exugear.mesh_force.ring_pair import RingPair
+from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import deviating_teeth
 from fem.support.validation import require
@@ -60,3 +63,30 @@ def _counted_teeth(pair: GearPair | RingPair, pitches: int) -> tuple[int, int]:
         counts = [n % pitches == 0 or pitches % n == 0 for n in z]
     of_pinion, of_wheel = (gcd(n, pitches) if counted else 1 for n, counted in zip(z, counts, strict=True))
     return of_pinion, of_wheel
+
+
+def other_sides(stages: Sequence[Stage], senses: Sequence[int]) -> list[str]:
+    """Of each stage in words: a gear that an earlier mesh sees from the other side, where its flanks are others.
+
+    senses   sense in which the pinion of each stage drives: the map is seen from where that is counter-clockwise
+
+    An idler is pushed on its left flanks and pushes, as seen from behind, with what were its right ones.
+    """
+    first: dict[tuple[str, float], int] = {}
+    words = []
+    for i, stage in enumerate(stages):
+        text = ""
+        for end, gear in zip(stage.ends, (stage.pair.pinion, stage.pair.wheel), strict=True):
+            j = first.setdefault(end, i)
+            if isinstance(gear, Gear) and senses[i] != senses[j] and _differs_from_behind(gear):
+                text = f"gear of {end[0]!r} is loaded on its other flanks than in {stages[j].name}, with tooth -k for "
+                text += "tooth k: take a law of a gear with those flanks, counted so"
+        words.append(text)
+    return words
+
+
+def _differs_from_behind(gear: Gear) -> bool:
+    """Whether the right flanks of a gear, seen from behind, are not its left ones."""
+    left, right = gear.drive_flank, gear.coast_flank
+    behind = [part.taken_from(0, -1, gear.z) if hasattr(part, "taken_from") else part for part in right]
+    return len(left) != len(right) or any(part not in left for part in behind)

@@ -1,7 +1,7 @@
 """Life and contact pressure of rolling bearings along runs, and over a duty cycle of several runs."""
 
 from collections.abc import Sequence
-from math import pi
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ from fem.units import mm
 #: Number of samples whose pressures are computed at once.
 BLOCK = 1024
 HOUR = 3600.0
+#: Largest share by which the speed or the load of a run may miss that of its load case.
+SAME_CASE = 0.02
 MISSING = "run must hold bearing_displacement and bearing_tilt; run it on rolling bearings with displacement=True"
 
 
@@ -29,7 +31,7 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     run       `exugear.Run` with displacement=True, or its data; for a duty cycle a list of runs
     gearbox   of which they are
     shares    (n_run,) shares of the runs in the time of the duty cycle, or the `LoadSpectrum` of which they are the
-              load cases; by default as long as each lasts
+              load cases, in its order; by default as long as each lasts
 
     Returns a Dataset over `bearing`:
 
@@ -44,7 +46,8 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     The outer ring stands, in the bearings of planets on pins the inner ring. Both rings of a bearing between shafts
     turn; its life counts their turns against each other, and is NaN where there are none. Elements share the load as in
     statics, with the cage as it stands at the start. Raises ValueError for runs without tilts of rolling bearings, and
-    for runs that choose several free speeds, unless they record these (power=True).
+    for runs that choose several free speeds, unless they record these (power=True), and for runs that do not reach the
+    speed or the load of their load case.
     """
     runs = list(run) if isinstance(run, Sequence) else [run]
     require(len(runs) > 0, "run must be a run or a list of them, got an empty list")
@@ -53,10 +56,12 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     data = [each if isinstance(each, xr.Dataset) else each.data for each in runs]
     require(all("bearing_tilt" in x and x.sizes["time"] > 1 for x in data), MISSING)
     durations = np.array([float(x["time"][-1] - x["time"][0]) for x in data])
-    shares = shares.shares if isinstance(shares, LoadSpectrum) else shares
+    if isinstance(shares, LoadSpectrum):
+        _check_cases(data, shares)
+        shares = shares.shares
     times = durations if shares is None else np.atleast_1d(np.asarray(shares, float))
-    fits = times.shape == durations.shape and bool((times >= 0).all()) and bool(times.sum() > 0)
-    require(fits, f"shares must be (n_run,) >= 0 with n_run = {len(runs)}, got {shares}")
+    fits = times.shape == durations.shape and bool((times >= 0).all()) and 0 < times.sum() < inf
+    require(fits, f"shares must be (n_run,) >= 0 and finite with n_run = {len(runs)}, got {shares}")
     bearings = {
         f"{shaft.name} at {axial / mm:g} mm": (bearing, _rings(gearbox, shaft.name, axial))
         for shaft in gearbox.shafts
@@ -81,6 +86,18 @@ def bearing_life(run: Any, gearbox: Gearbox, *, shares: Numbers | LoadSpectrum |
     about = {"units": "Pa", "long_name": "largest contact pressure of an element"}
     values["element_pressure"] = ("bearing", "element"), of_elements, about
     return xr.Dataset(values, {"bearing": list(life)})
+
+
+def _check_cases(data: Sequence[xr.Dataset], spectrum: LoadSpectrum) -> None:
+    """ValueError for runs that do not reach the speed or the load of the load case of which they are."""
+    for number, (run, case) in enumerate(zip(data, spectrum, strict=False)):
+        for name, value in (("speed", case.speed), ("load_torque", case.load)):
+            if name in run:
+                low, high = float(run[name].min()), float(run[name].max())
+                margin = SAME_CASE * max(abs(value), abs(low), abs(high))
+                range_of = f"run {number} has a {name} of {low:.4g} to {high:.4g}, its load case is {case}"
+                order = "pass the runs in the order of the load cases"
+                require(low - margin <= value <= high + margin, f"{range_of}; {order}")
 
 
 def _rings(gearbox: Gearbox, name: str, axial: float) -> list[str]:

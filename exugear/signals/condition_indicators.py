@@ -117,8 +117,9 @@ def _mean_variance(residual: xr.DataArray, baseline: xr.DataArray | None, teeth:
         return of_sound.mean(AVERAGE) if AVERAGE in of_sound.dims else of_sound.drop_vars(["time", "speed"])
     if AVERAGE not in variance.dims:
         return variance
-    summed = variance.cumsum(AVERAGE)
-    return variance.copy(data=summed.transpose(*variance.dims).values) / (variance[AVERAGE] + 1)
+    axis = variance.get_axis_num(AVERAGE)
+    number = xr.DataArray(np.arange(1, variance.sizes[AVERAGE] + 1), dims=AVERAGE)  # some averages may be left out
+    return variance.copy(data=np.cumsum(variance.values, axis=axis)) / number
 
 
 def _side_band_ratio(amplitude: xr.DataArray, z: int, side_bands: int, rounding: xr.DataArray) -> xr.DataArray:

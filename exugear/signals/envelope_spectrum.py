@@ -68,8 +68,9 @@ def envelope_spectrum(
                    of the windows, as in `exugear.order_tracking`
 
     Returns the Dataset of `exugear.order_tracking` of the envelope, with mean_amplitude (..., order), the root of the
-    mean square over the windows. Raises ValueError as those functions do, and for orders beyond the width of the band,
-    which its envelope cannot hold.
+    mean square over the windows. An amplitude is NaN, and the mean without it, where the order lies beyond the width of
+    the band at the speed of the window: the envelope cannot hold it. Raises ValueError as those functions do, and for
+    orders beyond that width at all speeds.
     """
     require_signal(signal)
     slowest, width = float(np.abs(signal["speed"].values).min()) / (2 * np.pi), float(np.ptp(band))
@@ -78,5 +79,7 @@ def envelope_spectrum(
     require(highest_order * slowest <= width, f"{beyond}, beyond the width of the band of {width:.4g} Hz, {remedy}")
     options = {"revolutions": revolutions, "overlap": overlap, "window": window}
     lines = order_tracking(demodulate(signal, band), highest_order=highest_order, **options)
-    mean = (lines["amplitude"] ** 2).mean("time") ** 0.5
-    return lines.assign(mean_amplitude=mean.assign_attrs(lines["amplitude"].attrs))
+    held = lines["order"] * np.abs(lines["speed"]) / (2 * np.pi) <= width
+    amplitude = lines["amplitude"].where(held)
+    mean = (amplitude**2).mean("time") ** 0.5
+    return lines.assign(amplitude=amplitude, mean_amplitude=mean.assign_attrs(amplitude.attrs))

@@ -18,6 +18,7 @@ import numpy as np
 
 from fem.gear.gear import Gear
 from fem.microgeometry.deviation import OnTooth, PitchDeviation
+from fem.microgeometry.flank import Sides
 from fem.microgeometry.modification import HelixSlope, Modification, ProfileCrowning, TipRelief, check_within
 from fem.support.arguments import checked
 from fem.support.representation import short
@@ -141,11 +142,14 @@ def drawn_deviations(
 ) -> Gear:
     """The gear with deviations of its left flanks that are drawn within tolerances; a seed gives the same ones again.
 
+    Right flanks that are given by `fem.Sides` stay; without it they are the same as the left ones.
+
     Index deviations are the sum of one that returns once per turn, of random phase, as runout makes it, and of random
     ones of single teeth; they are scaled so that f_pt and F_p are kept, and the nearer of both is reached by a share
     that is drawn from [1/2, 1].
 
-    profiles    whether the profiles of single teeth differ: by a slope within f_H_alpha and a crowning within f_f_alpha
+    profiles    whether the profiles of single teeth differ: by a slope within f_H_alpha and a crowning within
+                f_f_alpha, both reduced where they add up to more than F_alpha
     leads       whether their helices differ: by a slope within f_H_beta
 
     Raises ValueError for bad input.
@@ -161,11 +165,19 @@ def drawn_deviations(
     for tooth in range(z):
         parts: list[Modification] = []
         if profiles:
-            slope, form = rng.uniform(-1, 1, 2) * (tolerances.f_H_alpha, tolerances.f_f_alpha)
+            drawn = rng.uniform(-1, 1, 2) * (tolerances.f_H_alpha, tolerances.f_f_alpha)
+            total = _total(*drawn)
+            slope, form = drawn * min(1.0, tolerances.F_alpha / total) if total > 0 else drawn
             length = gear.roll_tip - gear.roll_form
             parts += [TipRelief(float(slope), length), ProfileCrowning(float(form))]
         if leads:
             parts.append(HelixSlope(float(rng.uniform(-1, 1) * tolerances.f_H_beta)))
         if parts:
             flank.append(OnTooth(tooth, tuple(parts)))
-    return replace(gear, flank=tuple(flank))
+    return replace(gear, flank=Sides(tuple(flank), gear.coast_flank) if isinstance(gear.flank, Sides) else tuple(flank))
+
+
+def _total(slope: float, form: float) -> float:
+    """Total deviation of a straight slope and a parabola on the same length: highest less lowest point."""
+    slope, form = abs(slope), abs(form)
+    return slope if slope >= 4 * form else (form + slope / 4) ** 2 / form

@@ -261,13 +261,14 @@ def _check_pitches_alike(data: xr.Dataset) -> None:
     require(_teeth_of(data) == (1, 1), f"{unlike}; {remedy}")
 
 
-def check_period(data: xr.Dataset) -> None:
-    """ValueError unless the teeth that meet at the end of the map are those of its beginning."""
+def check_period(data: xr.Dataset) -> xr.Dataset:
+    """The map itself; ValueError unless the teeth that meet at its end are those of its beginning."""
     pitches, teeth = pitches_of(data), _teeth_of(data)
     period = lcm(*teeth)
     runs = f"the map runs over {pitches} pitch{'es' * (pitches > 1)}, but under the PitchDeviation of its flanks"
     whole = f"map all of them, phases=np.arange({16 * period}) / 16, or map the pair without it"
     require(pitches % period == 0, f"{runs} the teeth that meet are the same again after {period} pitches; {whole}")
+    return data
 
 
 def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:

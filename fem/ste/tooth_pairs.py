@@ -114,15 +114,18 @@ class SinglePair:
         misalignment = self.model.misalignment(contact.position.alpha).ravel()
         force, angle = np.broadcast_arrays(self.forces[:, None], misalignment)
         loads = force.ravel(), angle.ravel()
+        first, second = contact.strip_quantities, contact.slice_quantities
+        if isinstance(self.model.resolution, Slices):
+            first, second = second, first
         with one_thread():
             try:
-                by_slices = isinstance(self.model.resolution, Slices)
-                states = (contact.slice_quantities if by_slices else contact.strip_quantities)(*loads)
+                states = first(*loads)
             except RuntimeError:
-                if position.candidates is None or by_slices:
+                if position.candidates is None:
                     raise
-                # far beyond the path, light loads at tip corners: strips are finer than the contact is known
-                states = contact.slice_quantities(*loads)
+                # Far beyond the path: strips are finer than the contact of light loads at tip corners is known, and
+                # bodies of few slices soften too far under large ones.
+                states = second(*loads)
         return np.array([states[name].reshape(force.shape) for name in (TE, STIFFNESS, CENTROID)])
 
 

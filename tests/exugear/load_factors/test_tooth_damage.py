@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from paper_gears import paper_pair
 from scenes import smooth_box
+from unequal_teeth import pair_of_unequal_teeth
 
 import exugear
 import fem
@@ -70,6 +71,13 @@ def test_both_ends_of_the_line():
     assert np.isinf(beyond["damage"].values).all()
     assert beyond["life"].values == pytest.approx(0.0)
     assert float(beyond["safety"].sel(gear="pinion")[0]) < 1
+
+
+@pytest.mark.parametrize("torque", [1e-4, 1.0])
+def test_the_safety_of_a_light_load_is_its_distance_from_endless_life(torque):
+    """2 MPa a N m against 340 MPa under 2e10 cycles, however far the stress lies below the line."""
+    light = exugear.tooth_damage(stresses(), torque, SPEED, 2e4 * HOURS, bending=LINE)
+    assert float(light["safety"].sel(gear="pinion")[0]) == pytest.approx(340 / (2 * torque), rel=1e-6)
 
 
 def test_a_level_line_bears_the_cycles_of_its_end():
@@ -167,6 +175,13 @@ def test_refused_with_the_remedy(words):
     arguments = {"torque": 250.0, "speed": SPEED, "hours": HOURS, "bending": LINE} | REFUSED[words]
     with pytest.raises(ValueError, match=words):
         exugear.tooth_damage(stresses(), **arguments)
+
+
+def test_stresses_of_some_teeth_of_a_gear_whose_teeth_differ_are_refused():
+    """The damage of tooth 0 is not that of the worst tooth."""
+    of_first = stresses().assign_attrs(fem.ste_map(pair_of_unequal_teeth(), [0, 1.0], [0.0], np.zeros((2, 1))).attrs)
+    with pytest.raises(ValueError, match="stresses reach over 1 of the 12 pitches"):
+        exugear.tooth_damage(of_first, 250.0, SPEED, HOURS, bending=LINE)
 
 
 def test_lines_that_rise_are_refused():

@@ -258,6 +258,15 @@ def test_unlike_leads_beside_heavily_loaded_neighbours_have_a_convex_potential()
         assert secant.max() < 1.05 * stiffness.max() < 1e9
 
 
+def test_helical_laws_of_slices_are_those_of_whole_contacts():
+    """Far beyond the path, where single slices carry all the load of a tooth pair, its contact is solved, too."""
+    pair, given = small_pair(random_pitch(12, 1), beta=np.radians(15)), {"resolution": fem.Slices(), "progress": False}
+    law = MeshForce.from_tooth_pairs(fem.tooth_pair_map(pair, 100.0, checks=0, **given))
+    phase = np.array([0.2, 3.4, 8.1, 11.3])
+    whole = fem.static_transmission_error(pair, TORQUES, phase, **given)["te"].values
+    assert te_of_law(law, pair, phase) == pytest.approx(whole, abs=0.05 * um)
+
+
 @pytest.mark.slow
 def test_leads_of_helical_teeth_move_their_load_along_the_face():
     """Helix slopes of each tooth, 23/47, 20 deg: their moments couple with the neighbours; bar of the issue 4 %."""

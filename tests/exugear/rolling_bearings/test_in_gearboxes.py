@@ -62,10 +62,20 @@ def test_a_duty_cycle_wears_as_its_runs_together():
     together = exugear.bearing_life([early, late], gearbox(), shares=[3.0, 1.0])["hours"]
     assert (1 / together).values == pytest.approx((0.75 / alone[0] + 0.25 / alone[1]).values, rel=1e-3)
     cycle = exugear.LoadSpectrum(
-        [exugear.LoadCase("early", 60.0, 100.0, 3.0), exugear.LoadCase("late", 60.0, 100.0, 1.0)]
+        [exugear.LoadCase("early", 61.0, LOAD, 3.0), exugear.LoadCase("late", 64.0, LOAD, 1.0)]
     )
     by_cycle = exugear.bearing_life([early, late], gearbox(), shares=cycle)["hours"]
     assert by_cycle.values.tolist() == together.values.tolist()
+
+
+def test_runs_in_another_order_than_their_load_cases_are_refused():
+    """A run of 60 to 70 rad/s under 150 N m is not that of another speed or load."""
+    for speed, load, words in ((90.0, LOAD, "speed of 60 to 70"), (65.0, 40.0, "load_torque of 150 to 150")):
+        cycle = exugear.LoadSpectrum([exugear.LoadCase("another", speed, load)])
+        with pytest.raises(ValueError, match=f"run 0 has a {words}.*pass the runs in the order of the load cases"):
+            exugear.bearing_life(run_on_balls_and_rollers(), gearbox(), shares=cycle)
+    with pytest.raises(ValueError, match=r"shares must be \(n_run,\) >= 0 and finite"):
+        exugear.bearing_life(run_on_balls_and_rollers(), gearbox(), shares=[np.inf])
 
 
 def test_the_drag_follows_the_force_of_the_bearing():

@@ -128,6 +128,26 @@ def test_an_idler_has_the_same_tooth_in_both_meshes():
         assert abs(behind) < 1
 
 
+@pytest.mark.parametrize(("flank", "told"), [((), False), ("pitch", True), ("sides", True), ("even", False)])
+def test_the_plan_tells_an_idler_whose_flanks_differ_from_behind(flank, told):
+    """It pushes with its right flanks, whose teeth count the other way: the map of its left ones is another gear."""
+    relief = fem.TipRelief(10 * um, 1 * mm)
+    deviation = np.random.default_rng(1).normal(0, 2 * um, 20)
+    flanks = {"pitch": fem.PitchDeviation(deviation), "sides": fem.Sides((relief,)), "even": relief}
+    gear = fem.Gear(z=20, m_n=2 * mm, b=20 * mm, d_bore=20 * mm, x=0.3)
+    idler = replace(gear, flank=flanks.get(flank, ()))
+    into, out = (
+        fem.GearPair(*gears, a=fem.GearPair(gear, gear).a + 0.05 * mm) for gears in ((gear, idler), (idler, gear))
+    )
+    first, second, third = (
+        exugear.Shaft(name, {0.0: x}) for name, x in (("in", gear), ("idler", idler), ("out", gear))
+    )
+    stages = exugear.Stage(first, second, waving_law(), pair=into), exugear.Stage(second, third, waving_law(), pair=out)
+    lines = exugear.plan(exugear.Gearbox(stages)).axes
+    assert ("other flanks than in in-idler, with tooth -k for tooth k" in lines["idler-out"]) == told
+    assert "other flanks" not in lines["in-idler"]
+
+
 @pytest.mark.parametrize(("planar", "sense"), [(False, 1), (True, -1)])
 def test_every_planet_meets_the_ring_at_its_own_angle(planar, sense):
     """A run-out of the ring of 90 teeth passes each planet once per turn of the carrier, from tooth 0 on."""

@@ -131,6 +131,13 @@ def test_na4_refers_to_the_mean_variance_so_far():
     assert trend[4] == pytest.approx(1.5 * 16 / (8 / 5) ** 2, rel=5e-2)
 
 
+def test_na4_of_some_averages_is_that_of_a_series_that_begins_with_them():
+    """The mean variance so far is that of the averages that are given, whatever their numbers."""
+    average = average_of(lambda x: mesh(x) + 0.1 * np.cos(5 * x), turns=10)
+    later = exugear.condition_indicators(average.isel(average=slice(2, None)), [Z])
+    assert later["NA4"].values == pytest.approx(1.5, rel=2e-2)
+
+
 def test_nothing_but_rounding_remains_of_a_sound_gear():
     """What is not a number is not told."""
     zeros = average_of(lambda x: 0.0 * x)
@@ -151,6 +158,19 @@ def test_the_envelope_of_a_band_is_its_modulation():
     mean = lines["mean_amplitude"]
     assert float(mean.sel(order=3)) == pytest.approx(m, rel=1e-2)
     assert float(mean.where(abs(mean["order"] - 3) > 0.3).max()) < 0.02 * m
+
+
+def test_orders_beyond_the_width_of_the_band_are_not_told_as_the_speed_rises():
+    """Order 10 of 10 to 50 Hz in a band of 400 Hz: its side bands lie in the band up to 20 Hz, no line beyond 40."""
+    time = np.linspace(0, 4.0, 80_001)
+    speed, turned = 2 * np.pi * (10 + 10 * time), 2 * np.pi * (10 * time + 5 * time**2)
+    values = (1 + 0.4 * np.cos(10 * turned)) * np.cos(2 * np.pi * 4000 * time)
+    heard = exugear.recorded_signal(time, speed, values)
+    lines = exugear.envelope_spectrum(heard, [3800.0, 4200.0], highest_order=12)
+    of_order = lines["amplitude"].sel(order=10)
+    beyond = 10 * of_order["speed"] > 2 * np.pi * 400
+    assert bool(beyond.any()) and bool((of_order.isnull() == beyond).all())
+    assert float(lines["mean_amplitude"].sel(order=10)) == pytest.approx(float((of_order**2).mean() ** 0.5))
 
 
 def test_impacts_repeat_at_the_order_of_the_damaged_gear_as_the_speed_changes():

@@ -85,6 +85,25 @@ def test_drawn_deviations_keep_their_tolerances_and_come_again(seed):
     assert drawn != fem.drawn_deviations(given, limits, seed + 1, leads=True)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_drawn_profiles_keep_their_total_deviation(seed):
+    """The slope and the form of a profile add up to F_alpha at most."""
+    limits = fem.iso1328(gear(z=35), 6)
+    drawn = fem.drawn_deviations(gear(z=35), limits, seed)
+    roll = np.linspace(0, 1, 101)
+    profiles = [part.flank for part in drawn.flank if isinstance(part, fem.OnTooth)]
+    totals = [np.ptp(slope.C_a * roll + form.C_alpha * (2 * roll - 1) ** 2) for slope, form in profiles]
+    assert len(totals) == 35 and max(totals) <= limits.F_alpha * (1 + 1e-9)
+
+
+def test_drawn_deviations_of_left_flanks_leave_the_right_ones():
+    left, right = (fem.TipRelief(30 * um, 5 * mm),), (fem.TipRelief(60 * um, 5 * mm),)
+    limits = fem.iso1328(gear(), 6)
+    drawn = fem.drawn_deviations(gear(flank=fem.Sides(left, right)), limits, 1)
+    alike = fem.drawn_deviations(gear(flank=left), limits, 1)
+    assert drawn.coast_flank == right and drawn.drive_flank == alike.drive_flank
+
+
 def test_a_wobbling_gear_has_a_helix_slope_that_returns_once_per_turn():
     parts = fem.wobble(gear(), 20 * um, 90 * deg)
     slopes = [part.flank[0].C_Hbeta for part in parts]

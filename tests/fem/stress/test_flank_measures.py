@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from coarse_maps import COARSE
 from paper_gears import paper_pair
+from unequal_teeth import ONCE_PER_TURN, map_over, pair_of_unequal_teeth
 
 import fem
 from fem.units import mm, um
@@ -37,6 +38,24 @@ def test_measures_of_a_map_over_load_cases_and_offsets():
     assert (data["peak_to_peak"] > 0.95 * np.pi / 2 * data["harmonics"].sel(harmonic=1)).all()
     assert data["peak_to_peak"].attrs["units"] == "m"
     assert fem.pair_of(data) == pair
+
+
+def test_measures_of_teeth_that_differ_are_those_of_all_their_pitches():
+    """A pitch deviation once per turn moves the transmission error by twice its amplitude; tooth 0 alone shows none."""
+    pair, twelve = pair_of_unequal_teeth(), np.arange(12 * 8) / 8
+    data = fem.flank_measures(pair, 60.0, ("peak_to_peak",), twelve, **QUIET)
+    alike = fem.flank_measures(pair_of_unequal_teeth(pinion=False), 60.0, ("peak_to_peak",), 8, **QUIET)
+    added = float(data["peak_to_peak"][0] - alike["peak_to_peak"][0])
+    assert added == pytest.approx(2 * ONCE_PER_TURN, rel=0.15)
+    first = map_over(pair, 1)
+    for measure in (
+        lambda: fem.flank_measures(pair, 60.0, **QUIET),
+        lambda: fem.load_factors(pair, 60.0, 4, progress=False),
+        lambda: fem.peak_to_peak(first),
+        lambda: fem.te_harmonics(first, 2),
+    ):
+        with pytest.raises(ValueError, match=r"again after 12 pitches|1 of the 12 pitches.*phases=np.arange\(12 \* 12"):
+            measure()
 
 
 @pytest.mark.slow
