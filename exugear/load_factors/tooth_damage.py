@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import lcm, pi
+from math import pi
 from typing import Annotated, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import xarray as xr
 
 from exugear.load_factors.dynamic_stress import BOTH, GEAR, StressMap, stress_map
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import deviating_teeth, pair_of
+from fem.ste.ste_map import deviating_teeth, pair_of, warn_of_missing_pitches
 from fem.support.arguments import Numbers, checked, numbers
 from fem.support.validation import require, require_finite
 
@@ -185,8 +185,8 @@ def tooth_damage(
     safety        (gear, failure) factor on all stresses at which the damage is 1 (ISO 6336-6)
     life          (gear, failure) hours of the spectrum until then, infinite without damage [h]
 
-    Raises ValueError for torques beyond the map, for stresses over a part of the pitches of teeth that differ, and for
-    arrays that do not fit. Source: ISO 6336-6:2019, clause 4.
+    Raises ValueError for torques beyond the map and for arrays that do not fit; warns where teeth differ and stresses
+    do not reach over all their pitches. Source: ISO 6336-6:2019, clause 4.
     """
     lines = {name: curves for name, curves in (("pitting", pitting), ("bending", bending)) if curves is not None}
     require(bool(lines), "pitting or bending must be given: exugear.SNCurve.bending(860e6, 'case-hardened')")
@@ -198,9 +198,7 @@ def tooth_damage(
     require(len(contacts) == 2 and min(contacts) >= 1, f"contacts must be two numbers >= 1, got {[*contacts]}")
     pair = _pair(stresses)
     table = stress_map(stresses, pair.pinion.r_b)
-    period = lcm(*deviating_teeth(pair))
-    several = f"stresses reach over {table.pitches} of the {period} pitches after which teeth that differ meet again"
-    require(table.pitches % period == 0, f"{several}; pass fem.root_stress(pair, torques, np.arange({period} * 4) / 4)")
+    warn_of_missing_pitches(table.pitches, deviating_teeth(pair))
     force, largest = torque * factor / pair.pinion.r_b, float(table.force[-1])
     beyond = f"stresses end at {largest * pair.pinion.r_b:.4g} N m, the spectrum reaches"
     require(

@@ -1,7 +1,7 @@
 """Checks of the inputs of a map: torques, phases, accuracy or resolution, offsets at which the gears mesh."""
 
 from dataclasses import dataclass
-from math import floor, lcm
+from math import floor
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from fem.microgeometry.flank import names_teeth
 from fem.pair.hertz import largest_torque, least_torque
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import deviating_teeth
+from fem.ste.ste_map import deviating_teeth, warn_of_missing_pitches
 from fem.support.representation import short
 from fem.support.validation import as_floats, increasing, number, numbers, require, text_of
 from fem.units import mm
@@ -116,10 +116,8 @@ def checked_phases(phases, pair: GearPair) -> np.ndarray:
     return values
 
 
-def phases_of_period(phases, pair: GearPair) -> np.ndarray:
-    """`checked_phases` for a measure over the mesh cycle; ValueError unless all teeth that meet pass in them."""
-    values, period = checked_phases(phases, pair), lcm(*deviating_teeth(pair))
-    run = f"phases reach over {floor(values[-1]) + 1} of the {period} pitches after which teeth that differ meet again"
-    remedy = f"pass phases=np.arange({period} * 12) / 12, or the pair without deviations of single teeth"
-    require((floor(values[-1]) + 1) % period == 0, f"{run}; {remedy}")
+def phases_of_measures(phases, pair: GearPair) -> np.ndarray:
+    """`checked_phases` of measures over the mesh cycle; warns where not all teeth that differ meet in them."""
+    values = checked_phases(phases, pair)
+    warn_of_missing_pitches(floor(values[-1]) + 1, deviating_teeth(pair))
     return values

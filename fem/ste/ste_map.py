@@ -18,6 +18,7 @@ from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.netcdf import read, write
 from fem.support.tables import read_grid
+from fem.support.user_warning import warn_user
 from fem.support.validation import increasing, numbers, require, require_finite
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank", "cutter", "support")]
@@ -244,7 +245,7 @@ def deviating_teeth(pair: GearPair, *, both_sides: bool = False) -> tuple[int, i
     return repeats_after(pair.pinion), repeats_after(pair.wheel)
 
 
-def _teeth_of(data: xr.Dataset) -> tuple[int, int]:
+def teeth_of(data: xr.Dataset) -> tuple[int, int]:
     """`deviating_teeth` of the pair of a map, on the sides that it loads."""
     if "pinion_flank" not in data.attrs:
         return 1, 1
@@ -258,17 +259,25 @@ def _check_pitches_alike(data: xr.Dataset) -> None:
     require(pitches == 1, f"the map runs over {pitches} pitches, which differ from one another; {remedy}")
     unlike = "the map is of one pitch, but no two are alike under the PitchDeviation of its flanks"
     remedy = "map the pair without it, or map all pitches and average them as fem.ste_map of that pair"
-    require(_teeth_of(data) == (1, 1), f"{unlike}; {remedy}")
+    require(teeth_of(data) == (1, 1), f"{unlike}; {remedy}")
 
 
-def check_period(data: xr.Dataset) -> xr.Dataset:
-    """The map itself; ValueError unless the teeth that meet at its end are those of its beginning."""
-    pitches, teeth = pitches_of(data), _teeth_of(data)
+def warn_of_missing_pitches(pitches: int, teeth: tuple[int, int]) -> None:
+    """Warn that measures over some pitches are those of the teeth that meet there; teeth: `deviating_teeth`."""
+    period = lcm(*teeth)
+    if pitches % period:
+        reach = f"phases reach over {pitches} of the {period} pitches after which teeth that differ meet again"
+        of_some = "measures are those of the teeth that meet there"
+        warn_user(f"{reach}: {of_some}; phases=np.arange({period} * 12) / 12 reach over all")
+
+
+def check_period(data: xr.Dataset) -> None:
+    """ValueError unless the teeth that meet at the end of the map are those of its beginning."""
+    pitches, teeth = pitches_of(data), teeth_of(data)
     period = lcm(*teeth)
     runs = f"the map runs over {pitches} pitch{'es' * (pitches > 1)}, but under the PitchDeviation of its flanks"
     whole = f"map all of them, phases=np.arange({16 * period}) / 16, or map the pair without it"
     require(pitches % period == 0, f"{runs} the teeth that meet are the same again after {period} pitches; {whole}")
-    return data
 
 
 def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:

@@ -10,7 +10,16 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from fem.ste.ste_map import PHASE, TE, TORQUE, check, check_period, check_whole_cycle, phase_weights
+from fem.ste.ste_map import (
+    PHASE,
+    TE,
+    TORQUE,
+    check,
+    check_whole_cycle,
+    phase_weights,
+    teeth_of,
+    warn_of_missing_pitches,
+)
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -35,7 +44,8 @@ def peak_to_peak(ste: xr.Dataset) -> xr.Dataset:
     Raises ValueError for maps of fewer phases, or of a part of the mesh cycle.
     Source: makima, a modification of Akima, J. ACM 17 (1970), 589.
     """
-    te, pitches = check_period(check_whole_cycle(check(ste)))[TE], int(ste.attrs.get("pitches", 1))
+    te, pitches = check_whole_cycle(check(ste))[TE], int(ste.attrs.get("pitches", 1))
+    warn_of_missing_pitches(pitches, teeth_of(ste))
     least = LEAST_PHASES * pitches
     few = f"ste must have {least} phases or more, {LEAST_PHASES} in a pitch, for a peak to peak, got {te[PHASE].size}"
     require(te[PHASE].size >= least, few)
@@ -89,8 +99,9 @@ def te_harmonics(ste: xr.Dataset, harmonics: int = 5) -> xr.Dataset:
     the mesh cycle are those of straight lines between the phases; at equidistant phases they are the discrete Fourier
     transform. Raises ValueError where the map has too few phases, or only a part of the mesh cycle.
     """
-    te = check_period(check_whole_cycle(check(ste)))[TE]
+    te = check_whole_cycle(check(ste))[TE]
     phase, pitches = te[PHASE].values, int(ste.attrs.get("pitches", 1))
+    warn_of_missing_pitches(pitches, teeth_of(ste))
     most = (phase.size // pitches - 1) // 2
     few = f"ste must have 3 phases or more in a pitch for its first harmonic, got {phase.size} in {pitches} pitches"
     require(most >= 1, few)

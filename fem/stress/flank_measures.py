@@ -13,7 +13,7 @@ from fem.contact.resolution import Resolution, Slices
 from fem.elasticity.mesh_density import Density
 from fem.pair.offsets import Offsets, check_offsets
 from fem.pair.pair import GearPair
-from fem.ste.inputs import phases_of_period
+from fem.ste.inputs import phases_of_measures
 from fem.ste.ste_map import PHASE, TORQUE
 from fem.ste.te_measures import peak_to_peak, te_harmonics
 from fem.ste.transmission import static_transmission_error
@@ -81,14 +81,14 @@ def flank_measures(
     are the solids of the root stress: a further call with other flanks costs only contacts, 0.3 to 1.5 ms a state. Gear
     data, and axial offsets of gears of unequal width, change the compliance.
 
-    Raises ValueError for bad input, also for teeth that differ and phases that do not reach over all their pitches, and
-    RuntimeError where a contact does not converge.
+    Raises ValueError for bad input, RuntimeError where a contact does not converge. Warns where teeth differ and phases
+    do not reach over all their pitches.
     """
     largest = np.atleast_1d(np.asarray(torque, float))
     require(bool(largest.size and largest[0] > 0), f"torque must be > 0 N m, a load case each, got {torque}")
     edges = "resolution must be a fem.Resolution for peak_pressure, fem.Slices have no edges; take hertz_pressure"
     require("peak_pressure" not in measures or not isinstance(resolution, Slices), edges)
-    phases = phases_of_period(phases, pair)
+    phases = phases_of_measures(phases, pair)
     options: dict[str, Any] = {"executor": executor, "progress": progress}
     ste = static_transmission_error(pair, torque, phases, offsets=offsets, resolution=resolution, **options)
     data = {name: _of_map(ste, name, harmonics) for name in measures if name in OF_MAP}

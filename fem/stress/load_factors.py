@@ -13,7 +13,7 @@ from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import ToothContact
 from fem.pair.offsets import ANGLES, Offsets
 from fem.pair.pair import GearPair
-from fem.ste.inputs import checked_torque, phases_of_period
+from fem.ste.inputs import checked_torque, phases_of_measures
 from fem.ste.ste_map import TORQUE, description, phase_weights
 from fem.stress.flank_loads import contact_inputs, states_of, tooth_contacts
 from fem.support.arguments import Finite, Numbers, checked
@@ -68,7 +68,7 @@ def load_factors(
     Source: definitions of ISO 6336-1:2019, clauses 7 and 8, method A. Raises ValueError for bad input, RuntimeError
     where the contact does not converge.
     """
-    torque, phase = checked_torque(pair, torque), phases_of_period(phases, pair)
+    torque, phase = checked_torque(pair, torque), phases_of_measures(phases, pair)
     require(bool(torque[0] > 0), f"torque must be > 0 N m, without which there is no load to distribute, got {torque}")
     offsets = Offsets() if offsets is None else offsets
     resolution = Resolution() if resolution is None else resolution
