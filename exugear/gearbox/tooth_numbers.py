@@ -65,7 +65,7 @@ def _counted_teeth(pair: GearPair | RingPair, pitches: int) -> tuple[int, int]:
     return of_pinion, of_wheel
 
 
-def other_sides(stages: Sequence[Stage], senses: Sequence[int]) -> list[str]:
+def sides_from_behind(stages: Sequence[Stage], senses: Sequence[int]) -> list[str]:
     """Of each stage in words: a gear that an earlier mesh sees from the other side, where its flanks are others.
 
     senses   sense in which the pinion of each stage drives: the map is seen from where that is counter-clockwise

@@ -13,7 +13,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.seats_on_shafts import names_between
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
-from exugear.gearbox.tooth_numbers import other_sides
+from exugear.gearbox.tooth_numbers import sides_from_behind
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
@@ -214,7 +214,7 @@ def _plan(
     idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
     open_teeth = [under if label in idle else "" for label in gearbox.labels]
     gaps = [f"driving flanks {gap / um:.4g} um apart, by the thickness of teeth" if gap else "" for gap in gearbox.gaps]
-    behind = other_sides(gearbox.stages, gearbox.flank_senses)
+    behind = sides_from_behind(gearbox.stages, gearbox.flank_senses)
     texts = zip((reason for _, reason in reduced), gaps, advice, open_teeth, behind, strict=True)
     reasons = ("; ".join(filter(None, parts)) for parts in texts)
     axes = dict(zip(gearbox.labels, reasons, strict=True))
