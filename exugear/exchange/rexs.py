@@ -183,8 +183,8 @@ def _mesh_of(mesh: str | Callable, pair: GearPair, torque: float, axial: float, 
     axial = axial if abs(axial) > LEAST_AXIAL else 0.0
     if callable(mesh):
         ste = mesh(pair, torque, **{"offsets": Offsets(axial=axial)} if axial and _takes_offsets(mesh) else {})
-        wrong = f"mesh must return the map that fem.static_transmission_error returns, got {type(ste).__name__}"
-        require(isinstance(ste, xr.Dataset), wrong)
+        expected = f"mesh must return the map that fem.static_transmission_error returns, got {type(ste).__name__}"
+        require(isinstance(ste, xr.Dataset), expected)
         return ste
     if mesh == "iso6336":
         return _constant_map(pair, torque, axial)

@@ -159,9 +159,9 @@ class _Writing:
                 self.account.left_out(where, f"{type(part).__name__} is not written")
         of_parts = [sum(getattr(disc, name) for _, disc in shaft.bodies) for name in ("mass", "inertia")]
         if not np.allclose((shaft.mass, shaft.inertia), of_parts, rtol=ROUNDING, atol=0.0):
-            words = "beyond those of its parts are not written; add a Disc"
+            remark = "beyond those of its parts are not written; add a Disc"
             self.account.left_out(
-                shaft.name, f"mass {shaft.mass:.4g} kg and inertia {shaft.inertia:.4g} kg m^2 {words}"
+                shaft.name, f"mass {shaft.mass:.4g} kg and inertia {shaft.inertia:.4g} kg m^2 {remark}"
             )
         if shaft.offset != type(shaft.offset)():
             self.account.left_out(shaft.name, f"{shaft.offset} is not written")
@@ -180,8 +180,8 @@ class _Writing:
             _add(self.components[int(self.unit) - 1], {"account_for_gravity": (True, "none")} | direction)
             size = float(np.linalg.norm([x, y, z]))
             if abs(size - GRAVITY) > LIKE_GRAVITY:
-                words = f"{GRAVITY:g} m/s^2 is read, as REXS holds the direction alone"
-                self.account.left_out("gravity", f"size {size:.4g} m/s^2 is not written: {words}")
+                remark = f"{GRAVITY:g} m/s^2 is read, as REXS holds the direction alone"
+                self.account.left_out("gravity", f"size {size:.4g} m/s^2 is not written: {remark}")
 
     def _sections(self, shaft: Shaft, id: str) -> None:
         """Sections of a shaft, and its material."""
@@ -237,9 +237,9 @@ class _Writing:
         self._relation("assembly", assembly=id, part=of_bearing)
         element = self._component("rolling_element", where, **of_element)
         self._relation("assembly", assembly=of_bearing, part=element)
-        self._tell_lost(bearing, where)
+        self._account_for_lost(bearing, where)
 
-    def _tell_lost(self, bearing: Bearing | RollingBearing, where: str) -> None:
+    def _account_for_lost(self, bearing: Bearing | RollingBearing, where: str) -> None:
         """What is not written of a bearing beside its stiffness or its geometry."""
         lost = [f"damping_time {bearing.damping_time:g} s"] * (bearing.damping_time > 0)
         lost += [f"{bearing.drag}"] * (bearing.drag is not None)
@@ -317,7 +317,7 @@ class _Writing:
         id = self._component("concept_bearing", where, **_placed(at), **values)
         self._relation("assembly", assembly=self.unit, part=id)
         self._relation("side", assembly=id, inner_part=shaft, outer_part=self.casing)
-        self._tell_lost(bearing, where)
+        self._account_for_lost(bearing, where)
 
     def _stage(self, stage: Stage, positions) -> None:
         pair, ends = stage.pair, (stage.fast.name, stage.slow.name)

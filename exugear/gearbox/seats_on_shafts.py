@@ -97,10 +97,7 @@ def carrying_spin_factor(bearing: Bearing | RollingBearing) -> float:
 
 
 class DragBetween(NamedTuple):
-    """A drag between two shafts, by their names: of the bearing of one on a seat that the other one carries.
-
-    Such as of a planet on the pin of its carrier.
-    """
+    """A drag between two shafts, by name: of a bearing whose seat is on a shaft, or of a planet on its pin."""
 
     carried: str
     carrying: str

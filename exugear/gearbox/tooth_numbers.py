@@ -73,7 +73,7 @@ def sides_from_behind(stages: Sequence[Stage], senses: Sequence[int]) -> list[st
     An idler is pushed on its left flanks and pushes, as seen from behind, with what were its right ones.
     """
     first: dict[tuple[str, float], int] = {}
-    words = []
+    remarks = []
     for i, stage in enumerate(stages):
         text = ""
         for end, gear in zip(stage.ends, (stage.pair.pinion, stage.pair.wheel), strict=True):
@@ -81,8 +81,8 @@ def sides_from_behind(stages: Sequence[Stage], senses: Sequence[int]) -> list[st
             if isinstance(gear, Gear) and senses[i] != senses[j] and _differs_from_behind(gear):
                 text = f"gear of {end[0]!r} is loaded on its other flanks than in {stages[j].name}, with tooth -k for "
                 text += "tooth k: take a law of a gear with those flanks, counted so"
-        words.append(text)
-    return words
+        remarks.append(text)
+    return remarks
 
 
 def _differs_from_behind(gear: Gear) -> bool:

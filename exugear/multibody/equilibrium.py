@@ -106,7 +106,7 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
     settings.staticSolver.loadStepStart = conditions.start_time
     settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
-    cause = _jammed(model, _thrown_outwards(model, q, torques)) or _loose(model, q) or NO_EQUILIBRIUM
+    cause = jammed(model, _thrown_outwards(model, q, torques)) or _loose(model, q) or NO_EQUILIBRIUM
     at_start = explained(model, cause, lambda t: conditions.initial_speed, NoEquilibrium)
     with applied_torques(model, torques), at_start:
         system.SetODE2Coordinates(q, INITIAL)
@@ -124,7 +124,7 @@ def _thrown_outwards(model: Model, q: np.ndarray, torques: Mapping[int, float]) 
     return thrown
 
 
-def _jammed(model: Model, q: np.ndarray) -> str:
+def jammed(model: Model, q: np.ndarray) -> str:
     """The mesh whose backlash displaced gears use up most at coordinates q, and the remedy; "" where none does."""
     gaps = {}
     for mesh in model.meshes:

@@ -10,7 +10,7 @@ import xarray as xr
 from exugear.gearbox.constant_loads import given_loads, idle_stages
 from exugear.gearbox.stage import stage_number
 from exugear.modal.modes import load_attributes
-from exugear.multibody.first_order_statics import state_of_mesh
+from exugear.multibody.equilibrium import jammed
 from exugear.multibody.model import Model, require_model
 from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
@@ -25,7 +25,6 @@ from exugear.steady_state.periodic_orbit import PeriodicOrbits
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.progress import shown
 from fem.support.validation import numbers, require, require_within, text_of
-from fem.units import um
 
 #: Resonance of the mesh over the lowest mesh frequency: below, the DTE is the STE but for its vibration after jumps.
 SLOWEST = 32
@@ -159,12 +158,8 @@ def _check_thrown_planets(model: Model, reduction: Reduction, speed: float) -> N
     if not thrown.any():
         return
     q = reduction.coordinates + reduction.motions[:, : thrown.size] @ thrown
-    for stage in reduction.stages:
-        mesh, backlash = model.meshes[stage], model.meshes[stage].law.backlash
-        lost = -2 * state_of_mesh(model, mesh, q).opening
-        close = f"at {speed:.4g} rad/s gears of {mesh.stage.name} lose {lost / um:.4g} um of their backlash of"
-        remedy = "both flanks would carry; take a lower speed, stiffer pins, or more backlash"
-        require(lost < backlash, f"speed: {close} {backlash / um:.4g} um, as planets are thrown outwards: {remedy}")
+    cause = jammed(model, q)
+    require(not cause, f"speed: at {speed:.4g} rad/s planets are thrown outwards: {cause}")
 
 
 def _levers(model: Model, reduction: Reduction) -> dict[str, np.ndarray]:

@@ -184,7 +184,7 @@ def test_planets_that_are_thrown_into_the_ring_have_no_steady_states():
     box = planar_box(sun_bearing=None, driving="carrier", law=replace(waving_law(), backlash=60 * um))
     model, planet = exugear.build(box), box.ends["planet 1"]
     limit = (60 * um * PIN.radial / (2 * np.sin(20 * deg) * planet.mass * 90 * mm)) ** 0.5
-    with pytest.raises(ValueError, match="as planets are thrown outwards: both flanks"):
+    with pytest.raises(ValueError, match=r"planets are thrown outwards: .* touch both flanks"):
         exugear.steady_states(model, speed=(limit, 1.03 * limit), load=400.0, progress=False)
     with pytest.raises(exugear.RunStopped, match="both flanks"):
         exugear.run_up(model, speed=1.03 * limit, load=400.0, duration=1e-3, progress=False, checks=0)
