@@ -2,9 +2,8 @@
 
     python examples/planetary_load_sharing.py results
 
-A pin ahead takes load off its planet, a pin behind adds load: a force that does not depend on the load, so that shares
-even out as the load rises, and by a floating sun (a soft bearing) at any load. Masses and stiffnesses: Lin & Parker, J.
-Vib. Acoust. 121 (1999); gears, damping and load are chosen.
+A pin ahead takes load off its planet, a pin behind adds load: a force that does not grow with the load, so that shares
+even out as it rises, and by a floating sun at any load. Masses, stiffnesses: Lin & Parker, J. Vib. Acoust. 121 (1999).
 """
 
 from dataclasses import replace
@@ -21,7 +20,7 @@ from fem.units import deg, mm, rpm, um
 GEAR = fem.Gear(z=30, m_n=3 * mm, alpha_n=24.6 * deg, b=25 * mm, d_bore=30 * mm)
 PAIR, RING_PAIR = fem.GearPair(GEAR, GEAR, a=90 * mm), exugear.RingPair(GEAR, z=-90, a=-90 * mm)
 LAW = exugear.MeshForce([0.0], np.array([0, 1 * mm]), np.array([[0, 5e8 * mm]]), damping=1500.0)
-BEARING = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e6, damping_time=2e-5)
+BEARING, LOADS = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e6, damping_time=2e-5), (500.0, 2500.0)
 
 
 def shaft(name: str, mass: float, inertia_over_r2: float, r: float, *parts) -> exugear.Shaft:
@@ -44,16 +43,14 @@ def main(folder: Path, errors=(-20 * um, -10 * um, 0.0, 10 * um, 20 * um), durat
     folder.mkdir(parents=True, exist_ok=True)
     boxes = {f"{x / um:+g} µm": gearbox(pin_errors=(x, 0, 0)) for x in errors}
     boxes["floating sun"] = gearbox(sun=replace(BEARING, radial=1e6), pin_errors=(min(errors), 0, 0))
-    ramp = {"speed": 1000 * rpm, "load": (500, 2500), "duration": duration}
-    runs = {name: exugear.run_up(exugear.build(box), **ramp) for name, box in boxes.items()}
+    runs = {x: exugear.run_up(exugear.build(boxes[x]), speed=1000 * rpm, load=LOADS, duration=duration) for x in boxes}
     ax = plots.figure(columns=1).axes[0]
     for name, run in runs.items():
-        shares = exugear.planet_shares(run)
-        faces = exugear.load_distribution(boxes[name], max(ramp["load"]), mesh_stiffness=5e8 / GEAR.b)
-        print(f"pin of planet 1 {name}: shares {np.round(100 * shares['share'][:, -1].values, 1)} % at the end,")
-        in_statics, uneven = np.round(100 / 3 * faces["K_gamma"][::2].values, 1), faces["K_H_beta"].max()
-        print(f"  {in_statics} % in statics, K_Hbeta {uneven:.3f}")
-        ax.plot(run.data["time"], 100 * shares["share"][0], "k--" if name == "floating sun" else "-", label=name)
+        shares = exugear.planet_shares(run)["share"].values
+        faces = exugear.load_distribution(boxes[name], max(LOADS), mesh_stiffness=5e8 / GEAR.b)
+        in_run, in_statics = (np.round(100 * x, 1) for x in (shares[:, -1], faces["K_gamma"][::2].values / 3))
+        print(f"planet 1 {name}: shares {in_run} %, in statics {in_statics} %, K_Hbeta {faces['K_H_beta'].max():.3f}")
+        ax.plot(run.data["time"], 100 * shares[0], "k--" if name == "floating sun" else "-", label=name)
     ax.set(title="pin of planet 1 ahead (+) or behind (-)", ylabel="share of planet 1 [%]", xlabel="time [s]")
     ax.legend(ncols=2).figure.savefig(folder / "planetary_load_sharing.png", dpi=100)
     return runs
