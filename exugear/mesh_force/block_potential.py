@@ -8,7 +8,7 @@ from math import nan
 from typing import NamedTuple
 
 from exugear.mesh_force.patches import Cell, Patch, Range, load_cell, patch, range_of
-from fem.support.numba_cache import apart, compiled
+from fem.support.numba_cache import apart, fused
 
 #: Share of the largest penetration, and of the largest force, by which a block continues smoothly beyond its end. The
 #: equilibrium under the largest torque of a map lies there by interpolation and rounding, as do differences about it.
@@ -46,7 +46,7 @@ class Centroid(NamedTuple):
 MID_PLANE = Centroid(0.0, 0.0, 0.0)
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def block_potential(table, block, phase: Cell, deflection, lever):
     """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it.
 
@@ -70,7 +70,7 @@ def block_potential(table, block, phase: Cell, deflection, lever):
     return derivatives(extent, centroid, penetration, tilt, w, u)
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def derivatives(extent: Range, centroid: Centroid, penetration, lever, w: Patch, u):
     """`Potential` from the patch w at u; ValueError(lever, low, high, 1) where the force would fall.
 

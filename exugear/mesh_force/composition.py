@@ -58,7 +58,7 @@ from exugear.mesh_force.patches import (
     table_behind,
 )
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights
-from fem.support.numba_cache import apart, compiled, unchecked
+from fem.support.numba_cache import apart, fused, fused_unchecked
 from fem.support.on_demand import on_demand
 
 #: Most tooth pairs that may touch at a time.
@@ -115,25 +115,25 @@ POTENTIAL_TYPE = types.NamedUniTuple(types.float64, len(Potential._fields), Pote
 teeth_behind, pairs_on_stack = behind(TEETH), records_on_stack(PAIR, MOST)
 
 
-@compiled
+@fused
 def teeth_of(table):
     """What a table is composed of."""
     return teeth_behind(table, table.teeth)
 
 
-@compiled
+@fused
 def single_of(teeth):
     """The table of a single tooth pair."""
     return table_behind(teeth, teeth.single_start)
 
 
-@compiled
+@fused
 def pitch_of(teeth, start, tooth):
     """Pitch deviation of a tooth [m], of those that begin at a start [bytes from the head]."""
     return floats_behind(teeth, start)[tooth]
 
 
-@compiled
+@fused
 def coupling(teeth, kind, distance, s):
     """Coupling of the tooth pair at s with that at s + distance, and its slope by s.
 
@@ -152,13 +152,13 @@ def coupling(teeth, kind, distance, s):
     return hermite(t, row[0], row[1], row[2], row[3]), slope
 
 
-@compiled
+@fused
 def phase_of(table, cell: Cell):
     """Phase [pitches] of a cell of a table."""
     return (cell.low + cell.share) / table.steps_in_pitch
 
 
-@unchecked
+@fused_unchecked
 def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
     """Write position, range and deflections of all tooth pairs that may touch at a deflection of the mesh.
 
@@ -196,7 +196,7 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
     return n, first
 
 
-@compiled
+@fused
 def any_varies(teeth, tooth_1, tooth_2, further):
     """Whether any of the tooth pairs from this one on has increments, so that their moments may pull neighbours."""
     for _ in range(further + 1):
@@ -208,7 +208,7 @@ def any_varies(teeth, tooth_1, tooth_2, further):
     return False
 
 
-@compiled
+@fused
 def write_cell(single, block, cell: Cell, pair):
     """Write the cell of a tooth pair in the table of single tooth pairs, and the range there."""
     extent = range_of(single, block, cell)
@@ -217,7 +217,7 @@ def write_cell(single, block, cell: Cell, pair):
     pair.largest, pair.largest_slope, pair.largest_force = extent.largest, extent.largest_slope, extent.largest_force
 
 
-@compiled
+@fused
 def write_variants(teeth, block, tooth_1, tooth_2, pair):
     """Write which increments a tooth pair has, and what they are without load."""
     variant_1 = variant_of(teeth, teeth.variant_1_start, tooth_1)
@@ -231,13 +231,13 @@ def write_variants(teeth, block, tooth_1, tooth_2, pair):
         pair.further, pair.further_slope = unloaded_increment(teeth, variants, pair.s)
 
 
-@compiled
+@fused
 def cell_of(pair):
     """`Cell` of a tooth pair in the table of single tooth pairs."""
     return Cell(pair.low, pair.high, pair.share)
 
 
-@compiled
+@fused
 def range_of_pair(pair):
     """`Range` of a tooth pair."""
     return Range(pair.unloaded, pair.unloaded_slope, pair.largest, pair.largest_slope, pair.largest_force)
@@ -285,7 +285,7 @@ def composed_potential(table, block, cell: Cell, deflection, lever):
     return summed(teeth, single, block, lever, n, penetration, largest_force, pairs)
 
 
-@compiled
+@fused
 def begin(teeth, pair, penetration):
     """Let a tooth pair deflect by its secant stiffness, from which Newton's method begins."""
     pair.x = pair.free - pair.further
@@ -298,7 +298,7 @@ def begin(teeth, pair, penetration):
     pair.moment = pair.moment_by_load = pair.moment_bend = pair.moment_by_s = pair.moment_by_load_s = 0.0
 
 
-@compiled
+@fused
 def alone(single, block, pair, lever, penetration):
     """`Potential` of a tooth pair that touches where no other does, without increments."""
     u = single_potential(single, block, lever, pair, True)
@@ -307,7 +307,7 @@ def alone(single, block, pair, lever, penetration):
     )
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def of_two(teeth, single, block, a, b, penetration, largest_force):
     """`Potential` of two tooth pairs without increments or centroids, most states of spur gears.
 
@@ -340,13 +340,13 @@ def of_two(teeth, single, block, a, b, penetration, largest_force):
     )
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def advance(a, b, step):
     """Take a step (2,) of Newton's method of two tooth pairs; couplings only add to deflections."""
     a.x, b.x = min(a.x - step[0], a.free), min(b.x - step[1], b.free)
 
 
-@unchecked(forceinline=True)
+@fused_unchecked(forceinline=True)
 def nearest_load(single, block, pair):
     """Load and stiffness of a tooth pair at x, by the slopes at the nearest node."""
     penetration, m = pair.x - pair.unloaded, single.penetration_steps
@@ -362,7 +362,7 @@ def nearest_load(single, block, pair):
     return secant * penetration, secant + 0.0625 * u * (9.0 * by_u + u * at.by_uu)
 
 
-@unchecked(forceinline=True)
+@fused_unchecked(forceinline=True)
 def mid_plane_potential(single, block, pair):
     """`Potential` of a tooth pair at x that has no centroid."""
     extent, penetration = range_of_pair(pair), pair.x - pair.unloaded
@@ -374,20 +374,20 @@ def mid_plane_potential(single, block, pair):
     return derivatives(extent, MID_PLANE, penetration, 0.0, w, u)
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def step_of_two(k_a, k_b, c, right):
     """Solution (2,) of Newton's method for two tooth pairs of these stiffnesses that couple, by right sides (2,)."""
     inverse = 1.0 / (1.0 - c * c * k_a * k_b)
     return inverse * (right[0] - c * k_b * right[1]), inverse * (right[1] - c * k_a * right[0])
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def hardly_moves(step, pair):
     """Whether loads change linearly over a step of a tooth pair."""
     return abs(step) <= LINEAR * max(pair.x - pair.unloaded, LIGHT * pair.largest)
 
 
-@compiled
+@fused
 def solve(teeth, single, block, lever, n, pairs):
     """Find deflections of n tooth pairs that touch, by Newton's method; RuntimeError where they are not found."""
     write_couplings(teeth, n, pairs)
@@ -422,7 +422,7 @@ def halve(teeth, single, block, lever, n, pairs, p):
         pair.x -= pair.right[0]
 
 
-@compiled
+@fused
 def step(teeth, lever, n, share, pairs):
     """Take a share of a step of Newton's method; whether the whole is small for each tooth pair."""
     write_system(teeth, lever, n, pairs)
@@ -439,7 +439,7 @@ def step(teeth, lever, n, share, pairs):
     return small
 
 
-@compiled
+@fused
 def write_load(teeth, single, block, lever, pair):
     """Write load, stiffness and increment of a tooth pair at its deflection x."""
     u = single_potential(single, block, lever, pair, False)
@@ -448,7 +448,7 @@ def write_load(teeth, single, block, lever, pair):
         write_increase(teeth, pair)
 
 
-@compiled
+@fused
 def single_potential(single, block, lever, pair, moves):
     """`Potential` of a tooth pair alone at x; ValueError beyond its range.
 
@@ -477,7 +477,7 @@ def single_potential(single, block, lever, pair, moves):
     return derivatives(extent, centroid, penetration, lever, w, (load.low + load.share) / m)
 
 
-@compiled
+@fused
 def write_jets(single, block, j, pair):
     """Write the jets over the load, at the ends of its interval j."""
     a, b, c, d = nodes_of(single, single.potentials_start, block, cell_of(pair), j)
@@ -486,7 +486,7 @@ def write_jets(single, block, j, pair):
     jets[3], jets[4], jets[5] = along_phase(weights, c, d)
 
 
-@compiled
+@fused
 def write_increase(teeth, pair):
     """Write the increment of a tooth pair at its load; returned whole."""
     j, numbers = load_interval(teeth, pair.load), pair.increments
@@ -500,7 +500,7 @@ def write_increase(teeth, pair):
     return further
 
 
-@compiled
+@fused
 def write_couplings(teeth, n, pairs):
     """Write couplings above, and their slopes by the position below the diagonal; likewise tilts."""
     for p in range(n):
@@ -514,7 +514,7 @@ def write_couplings(teeth, n, pairs):
                 a.by_moments[q], b.by_moments[p] = coupling(teeth, 3, distance, a.s)
 
 
-@compiled
+@fused
 def write_system(teeth, lever, n, pairs):
     """Write the matrix 1 + (E'' + i') k, and what is not balanced as the first right side."""
     for p in range(n):
@@ -532,7 +532,7 @@ def write_system(teeth, lever, n, pairs):
         add_moments(teeth, lever, n, pairs)
 
 
-@compiled
+@fused
 def add_moments(teeth, lever, n, pairs):
     """Add what moments of the loads couple to the matrix and to the first right side; write tilts and turns."""
     for p in range(n):
@@ -568,7 +568,7 @@ def add_moments(teeth, lever, n, pairs):
             a.matrix[q] += a.bends[q] * pairs[q].stiffness
 
 
-@compiled
+@fused
 def work_bend(pair):
     """Second derivative by load and tilt of the work of the moment of a tooth pair [m]."""
     return pair.moment_by_load * pair.turn_by_tilt + pair.moment * pair.turn_by_both
@@ -587,14 +587,14 @@ def add_limits(n, pairs):
                         pairs[p].bends[q] += bend * tilt_by_load(r, p, pairs) * tilt_by_load(r, q, pairs)
 
 
-@compiled
+@fused
 def tilt_by_load(p, q, pairs):
     """Slope of the tilt of tooth pair p by the load of q [rad/N]."""
     by_moment = pairs[p].by_moments[q] if p < q else pairs[q].by_moments[p]
     return pairs[p].tilts[q] + 0.5 * by_moment * pairs[q].moment_by_load
 
 
-@compiled
+@fused
 def write_turn(teeth, pair):
     """Write the turn by which the moment of a tooth pair works, with its derivatives; whether it is limited.
 
@@ -620,7 +620,7 @@ def write_turn(teeth, pair):
     return True
 
 
-@compiled
+@fused
 def solve_in_place(n, columns, pairs):
     """Replace the right sides, as many as there are columns, by their solutions."""
     if n == 2:
@@ -636,7 +636,7 @@ def solve_in_place(n, columns, pairs):
         eliminate(n, columns, pairs)
 
 
-@compiled
+@fused
 def eliminate(n, columns, pairs):
     """`solve_in_place` by Gauss."""
     for i in range(n):
@@ -657,7 +657,7 @@ def eliminate(n, columns, pairs):
             row.right[c] = value / row.matrix[i]
 
 
-@compiled
+@fused
 def summed(teeth, single, block, lever, n, penetration, largest_force, pairs):
     """`Potential` of n tooth pairs at their deflections x, and a last step from there."""
     for p in range(n):
@@ -691,7 +691,7 @@ def summed(teeth, single, block, lever, n, penetration, largest_force, pairs):
     return Potential(energy, penetration, force, stiffness, force_by_s, by_phase, by_lever, largest_force)
 
 
-@compiled
+@fused
 def write_potential(teeth, single, block, lever, pair):
     """Write load and potential of a tooth pair with their slopes, and how far it moves at given loads of the others."""
     u = single_potential(single, block, lever, pair, True)
@@ -706,7 +706,7 @@ def write_potential(teeth, single, block, lever, pair):
         pair.right[1] = -further.by_s - further.by_load * u.force_by_phase
 
 
-@compiled
+@fused
 def sum_moments(n, pairs):
     """(energy, its slope by s at given loads, by the lever); takes what moves with s from the second right side."""
     for p in range(n):
@@ -738,7 +738,7 @@ def sum_moments(n, pairs):
     return energy, by_s, by_lever
 
 
-@compiled
+@fused
 def work_by_tilt_s(pair):
     """Slope by s of the derivative by the tilt of the work of the moment of a tooth pair, at given loads."""
     return pair.moment_by_s * pair.turn_by_tilt + pair.moment * pair.turn_tilt_bend * pair.tilt_by_s

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from exugear.mesh_force.kernel_records import behind
 from exugear.mesh_force.layout import EDGE, FORCE_TABLE, NODE
 from exugear.mesh_force.pchip import hermite, hermite_slope, hermite_slope_weights, hermite_weights, weighted
-from fem.support.numba_cache import compiled
+from fem.support.numba_cache import fused
 
 #: Phase from which on rounding leaves too little of its fractional part.
 LARGEST_PHASE = 1e12
@@ -55,13 +55,13 @@ class Jet(NamedTuple):
     second: float
 
 
-@compiled
+@fused
 def table_of(table, side):
     """The table of the driving (side 1) or coast flank (-1): the same where the latter is the mirror image."""
     return table if side > 0.0 else table_behind(table, table.coast)
 
 
-@compiled
+@fused
 def phase_cell(table, phase):
     """Cell of the phase; ValueError for a phase that is not finite."""
     if not abs(phase) < LARGEST_PHASE:
@@ -72,7 +72,7 @@ def phase_cell(table, phase):
     return Cell(i, i + 1 if i + 1 < n else 0, x - i)
 
 
-@compiled
+@fused
 def load_cell(table, share):
     """Cell along u at a share of the largest penetration."""
     m = table.penetration_steps
@@ -81,13 +81,13 @@ def load_cell(table, share):
     return Cell(j, j + 1, y - j)
 
 
-@compiled
+@fused
 def edge(table, block, i):
     """The edge of a block at a phase step."""
     return edge_behind(table, table.edges_start + EDGE_SIZE * (block * table.phase_steps + i))
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def range_of(table, block, phase):
     """`Range` of a block in a phase cell."""
     a, b, t, n = edge(table, block, phase.low), edge(table, block, phase.high), phase.share, table.steps_in_pitch
@@ -100,14 +100,14 @@ def range_of(table, block, phase):
     )
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def node(table, start, block, i, j):
     """Node of a block at a phase step i and a load step j."""
     number = (table.penetration_steps + 1) * (block * table.phase_steps + i) + j
     return node_behind(table, start + NODE_SIZE * number)
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def nodes_of(table, start, block, phase, j):
     """Nodes of a block at a load step j, at the lower and upper phase of a cell, and the same at the next load step."""
     a, b = node(table, start, block, phase.low, j), node(table, start, block, phase.high, j)
@@ -115,7 +115,7 @@ def nodes_of(table, start, block, phase, j):
     return a, b, c, d
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def patch(table, start, block, phase, load):
     """`Patch` of a block of the nodes that begin at start [bytes from the head]."""
     a, b, c, d = nodes_of(table, start, block, phase, load.low)
@@ -126,7 +126,7 @@ def patch(table, start, block, phase, load):
     return Patch(value, m * first_u, m * m * second_u, n * by_phase, n * m * by_phase_u)
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def along_phase(weights, a, b):
     """`Jet` between two nodes of neighbouring phases, or its derivatives per phase step.
 
@@ -139,7 +139,7 @@ def along_phase(weights, a, b):
     )
 
 
-@compiled(forceinline=True)
+@fused(forceinline=True)
 def quintic(x, low, high):
     """`Jet` at x of the quintic polynomial with given jets at 0 and 1."""
     half = 0.5 * low.second

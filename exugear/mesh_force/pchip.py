@@ -11,45 +11,45 @@ import numpy as np
 import scipy
 
 from fem.ste.ste_map import periodic_spline
-from fem.support.numba_cache import compiled
+from fem.support.numba_cache import fused
 
 #: Share of the range of a quantity by which a spline may overshoot the values beside it; beyond, they jump.
 OVERSHOOT = 0.01
 
 
-@compiled
+@fused
 def hermite_weights(t):
     """Weights of y_0, m_0, y_1, m_1 in the cubic at t through y_0, y_1 with slopes m_0, m_1 at t = 0, 1."""
     s = 1.0 - t
     return s * s * (1.0 + 2.0 * t), s * s * t, t * t * (3.0 - 2.0 * t), -t * t * s
 
 
-@compiled
+@fused
 def hermite_slope_weights(t):
     """Derivatives by t of `hermite_weights`."""
     s = 1.0 - t
     return -6.0 * s * t, s * (1.0 - 3.0 * t), 6.0 * s * t, t * (3.0 * t - 2.0)
 
 
-@compiled
+@fused
 def hermite_bend_weights(t):
     """Second derivatives by t of `hermite_weights`."""
     return 12.0 * t - 6.0, 6.0 * t - 4.0, 6.0 - 12.0 * t, 6.0 * t - 2.0
 
 
-@compiled
+@fused
 def weighted(weights, y_0, m_0, y_1, m_1):
     """The cubic of these weights (4), or its derivative."""
     return weights[0] * y_0 + weights[1] * m_0 + weights[2] * y_1 + weights[3] * m_1
 
 
-@compiled
+@fused
 def hermite(t, y_0, m_0, y_1, m_1):
     """Cubic through y_0, y_1 with slopes m_0, m_1 at t = 0, 1."""
     return weighted(hermite_weights(t), y_0, m_0, y_1, m_1)
 
 
-@compiled
+@fused
 def hermite_slope(t, y_0, m_0, y_1, m_1):
     """Derivative by t of `hermite`."""
     return weighted(hermite_slope_weights(t), y_0, m_0, y_1, m_1)

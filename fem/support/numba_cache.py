@@ -146,7 +146,10 @@ def _enclosed_numbers(function: Callable) -> str:
 
 #: `kept` with sums in any order.
 fast = partial(kept, fastmath=True)
+#: `compiled` with products added in one operation, which rounds once: mesh forces take .9 to .95 of the time.
+fused: Any = partial(compiled, fastmath={"contract"})
 #: `compiled`, `apart` and `kept` where a division by 0 gives infinity, as in numpy: the checks would double the code.
 unchecked: Any = partial(compiled, error_model="numpy")
 unchecked_apart: Any = partial(apart, error_model="numpy")
+fused_unchecked: Any = partial(fused, error_model="numpy")
 kept_unchecked: Any = partial(kept, error_model="numpy")
