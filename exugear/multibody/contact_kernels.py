@@ -38,7 +38,7 @@ from exugear.multibody.integrator_steps import (
     state_at,
 )
 from exugear.multibody.recorder import recorded_components, sample_of, write
-from exugear.multibody.step_ends import accelerations_at, expect_step_end, for_newton
+from exugear.multibody.step_ends import accelerations_at, at_step_end, for_newton
 from fem.support.numba_cache import compiled, kept
 
 table_at, frame_at, friction_at = reader(FORCE_TABLE), reader(CONTACT_FRAME), reader(FRICTION)
@@ -268,7 +268,7 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         begin_call(state.steps, t)
         begin_solve(state, t)
         if reads_ends == 1:
-            expect_step_end(state.ends, t, all_coordinates)
+            all_coordinates = at_step_end(state.ends, t, all_coordinates)
         coordinates = all_coordinates if modes == 0 else all_coordinates[:bodies] + all_coordinates[before_rates:rates]
         carrier = STANDING if carried == 0 else spin_of(state.imposed[2], t, coordinates[2], coordinates[5])
         x = coordinates if carried == 0 else in_carrier_frame(coordinates, carrier)
@@ -291,6 +291,7 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
             a = accelerations_at(state.ends)
             a_1, a_2 = coordinates_of(a, 0, kind_1), coordinates_of(a, n_1, kind_2)
             beside = beside_orbit(state, beside, geometry, a_1, a_2)
+            motion = shifted(motion, -state.steps.deflection * beside.expected, -state.steps.rate * beside.expected)
         amplitudes = None if modes == 0 else all_coordinates[bodies:before_rates] + all_coordinates[rates:]
         pushed = push_by_ring(law, state, motion, beside, geometry.position.offsets, amplitudes)
         motion, push, force, pulsed, dissipation, lag = pushed

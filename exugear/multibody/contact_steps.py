@@ -39,7 +39,6 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
     if mesh.stage.carrier and mesh.stage.carrier.name in model.gearbox.carriers_of_pins:
         # The directions in which pins and bearings push turn with the carrier: the guess leaves their forces out. It is
         # the acceleration expected of the bodies; without `STEP_ENDS` that of the last step, corrected by the mesh.
-        steps.compliance = 0.0 if state_of(model.bare_mbs, mesh.contact)["ends"] else steps.compliance
         return
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
     of_system = np.zeros(mesh.row.size)

@@ -21,9 +21,11 @@ evaluated at the guess a_n and linearized there by s = beta h^2 k + gamma h c:
 
     a* = (free - compliance (F(a_n) - s a_n)) / (1 + compliance s),   F(a*) = F(a_n) + s (a* - a_n).
 
-The mesh of a planet that orbits has turned away from its row in the kept matrix, and so have the forces of its pin.
-There a* follows from the accelerations that are expected of the bodies (`exugear.multibody.step_ends`), F(a*) is
-returned, and the share J a* of the whole contact with it.
+The mesh of a planet that orbits has turned away from its row in the kept matrix, and so have the forces of its pin. It
+is evaluated at the accelerations that are expected of the bodies (`exugear.multibody.step_ends`), and the share J a of
+the whole contact is returned with the force. The force expected there follows from the last three as they do:
+F = 3 F_n - 3 F_n-1 + F_n-2, by which free = a + compliance F. So the guess contains how the law differs from that, as
+where teeth come into mesh: iterations fall from 1.91 to 1.28 with a held carrier and from 2.05 to 1.76 where it drives.
 
 All further calls return the force in their state, so that the residual that ends the iteration is true: a poor guess
 costs an iteration and no accuracy. Iterations per step fall from 1.8 to 1.01 (spin) and 1.04 (bearings), the time of a
@@ -74,13 +76,15 @@ TRAVEL_SHARE, ACCELERATION_SHARE = 0.5, 2.0
 #: For events, mobility: acceleration per mesh force without a step [1/kg], 0 where events are not corrected; lag of the
 #: velocities [s^2]; rate by imposed motion [m/s] and penetration [m] in the last call, < 0 on the back flank;
 #: accelerations by pulses at the end of this step and of the next [m/s^2], mesh force of the pulse at the end of this
-#: step [N]; shift: corrected advance minus the integrated one [m], and its rate [m/s].
+#: step [N]; shift: corrected advance minus the integrated one [m], and its rate [m/s]. Of the mesh of a planet that
+#: orbits: mesh forces at the ends of the last step but one and of that before [N], and how many of them are known.
 STEPS = record_type(
     *((name, "f8") for name in ("duration", "deflection", "rate", "compliance", "matrix")),
     *((name, "f8", (2, 6)) for name in ("by_displacement", "by_velocity")),
     *((name, "f8") for name in ("last_time", "last_rate", "last_force", "last_by_bearings", "time", "predicts")),
     *((name, "f8") for name in ("mobility", "lag", "last_imposed_rate", "last_penetration")),
     *((name, "f8") for name in ("pulse", "next_pulse", "pulse_force", "shift", "shift_rate")),
+    *(("forces", "f8", 2), ("known_forces", "f8")),
 )
 #: In mesh; out of mesh; in mesh, and the numbers are noted that the law gives; these numbers, held, stand for the law.
 IN_MESH, OUT_OF_MESH, NOTED, HELD = 1.0, 0.0, 2.0, 3.0
@@ -146,6 +150,7 @@ def begin_call(steps, t):
     apart = abs(t - steps.last_time - steps.duration)
     steps.predicts = 1.0 if steps.duration > 0.0 and apart < SAME_STEP * steps.duration else 0.0
     if steps.predicts == 0.0 and t != steps.last_time:
+        steps.known_forces = 0.0
         steps.pulse = steps.next_pulse = steps.pulse_force = steps.shift = steps.shift_rate = 0.0
     steps.time = t
 
@@ -255,7 +260,23 @@ def guess_of(law, state, motion, beside, offsets):
         acceleration = acceleration_with_events(law, steps, motion, beside, offsets, acceleration, change)
     else:
         acceleration += change
-    return Guess(free if state.ends == 0 else acceleration, acceleration)
+    if state.ends == 0:
+        return Guess(free, acceleration)
+    return Guess(acceleration + steps.compliance * expected_force(steps), acceleration)
+
+
+@compiled
+def expected_force(steps):
+    """Mesh force [N] to expect at the end of a step from those of the last three; notes the last one."""
+    forces, last = steps.forces, steps.last_force
+    if steps.known_forces == 0.0:
+        forces[0] = forces[1] = last
+    elif steps.known_forces == 1.0:
+        forces[1] = 2.0 * forces[0] - last
+    expected = 3.0 * (last - forces[0]) + forces[1]
+    forces[1], forces[0] = forces[0], last
+    steps.known_forces = min(steps.known_forces + 1.0, 2.0)
+    return expected
 
 
 @compiled

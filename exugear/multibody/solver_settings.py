@@ -37,11 +37,14 @@ LONG_RUN = 1800.0
 BALANCE_REFINEMENT = 3
 #: Newton's tolerance of such a run over that of other runs, and the least tolerance, below which only rounding is left.
 BALANCE_TOLERANCE_FACTOR, LEAST_BALANCE_TOLERANCE = 1e-3, 1e-7
-#: Newton's tolerance of runs with planets on pins. They are free bodies, whose residual the torques of the members
-#: lack: 6e-6 of the load at the tolerance of other runs. So it shall be 1e-10 of the mesh forces, or rounding; relative
-#: to that at the beginning of a step it is small anyway, which contains the centripetal forces. It takes 2.0 to
-#: 2.8 iterations a step (measured), by the expected ends of steps (`exugear.multibody.step_ends`).
-FREE_BODIES_TOLERANCE = 1e-9
+#: Newton's relative tolerance where the residual of free bodies, planets on pins, shall be 1e-10 of the mesh forces, or
+#: rounding: the torques of the members lack it.
+CLOSE = 1e-10
+
+
+def newton_relative(tolerance: float) -> float:
+    """Newton's relative tolerance of a tolerance."""
+    return NEWTON_SHARE * min(tolerance, 1e-3)
 
 
 def settings_for(rule: Rule, duration: float, tolerance: float, residual: float = 0.0) -> exu.SimulationSettings:
@@ -54,7 +57,7 @@ def settings_for(rule: Rule, duration: float, tolerance: float, residual: float 
     integration = settings.timeIntegration
     integration.endTime, integration.numberOfSteps = duration, ceil(duration / rule.step * (1 - 1e-9))
     integration.newton.useModifiedNewton = True
-    integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
+    integration.newton.relativeTolerance = newton_relative(tolerance)
     integration.newton.absoluteTolerance = max(integration.newton.absoluteTolerance, residual)
     newmark = integration.generalizedAlpha
     newmark.useNewmark = newmark.useIndex2Constraints = rule.spectral_radius is None
@@ -90,6 +93,11 @@ class Scheme:
         rule = rule or self.rule
         return settings_for(rule, rule.step, self.newton_tolerance, self.residual)
 
+    @property
+    def relative_tolerance(self) -> float:
+        """Of Newton's iteration."""
+        return newton_relative(self.newton_tolerance)
+
 
 def scheme_of(
     model: Model,
@@ -118,7 +126,7 @@ def scheme_of(
     steps, jumps = steps_of(duration, size, sample, jumping, steady=conditions.constant_speed)
     least = LEAST_BALANCE_TOLERANCE if model.pins else newton_tolerance
     residual = _negligible_residual(model, conditions, least)
-    newton_tolerance = FREE_BODIES_TOLERANCE if model.pins else newton_tolerance
+    newton_tolerance = CLOSE / NEWTON_SHARE if model.pins and conditions.power else newton_tolerance
     rule, sensor_steps = replace(rule, step=steps.size), steps.within(period)
     return Scheme(rule, steps, sensor_steps, tolerance, newton_tolerance, residual, jumps)
 

@@ -18,7 +18,7 @@ from exugear.multibody.gear_contact import state_of
 from exugear.multibody.model import Model, end_coordinate
 from exugear.multibody.shaft_motion import recorded
 from exugear.multibody.solve_errors import explained
-from exugear.multibody.solver_settings import Scheme
+from exugear.multibody.solver_settings import CLOSE, Scheme
 from exugear.operation.conditions import Conditions
 from exugear.operation.piecewise_cubics import GOLDEN
 from exugear.operation.stop_conditions import End, first_end
@@ -32,6 +32,9 @@ SEGMENTS, LONGEST_SEGMENT = 100, 3000
 #: renews the matrix of Newton's iteration, from which the directions of pins and meshes turn away: iterations a step
 #: are 2.0 at a turn of 0.1, 2.2 at 0.3, 2.6 at 1 and 3.2 in the end; renewing takes as long as 40 steps (measured).
 CARRIER_TURN, LEAST_STEPS = 0.3, 400
+#: Turn of such a carrier in a segment [rad] up to which the first step of the next one, whose forces follow from the
+#: matrix before, may end within Newton's tolerance of other runs, and would let planets vibrate by that.
+LITTLE_TURN = 0.01
 #: Shift of the ends of segments at constant speed, as share of a segment and by multiples of the golden ratio: they
 #: then lie at all phases of the mesh cycle.
 SHIFT = 0.25
@@ -183,6 +186,7 @@ class Solver:
 
     def _solve_dynamic(self, settings: exu.SimulationSettings, segment: Segment) -> None:
         """Integrate a segment from the final state of the segment before."""
+        settings.timeIntegration.newton.relativeTolerance = self._relative_tolerance(segment)
         self.solve(settings, segment)
         self._realign(segment.last)
 
@@ -211,6 +215,18 @@ class Solver:
             system.SetODE2Coordinates_t(rates, INITIAL)
         system.SetODE2Coordinates(q, INITIAL)
 
+    def _relative_tolerance(self, segment: Segment) -> float:
+        """Newton's relative tolerance in a segment: close where the first iteration may let planets on pins vibrate.
+
+        These are the segment in which they begin to orbit, from which no accelerations are expected yet, and segments
+        in which their carrier turns little.
+        """
+        usual = self.scheme.relative_tolerance
+        if not self.model.pins:
+            return usual
+        turn = self._highest_carrier_speed * (segment.last - segment.first) * self.scheme.steps.size
+        return CLOSE if segment.first == 0 or 0.0 < turn < LITTLE_TURN else usual
+
     def solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
         """Integrate a segment from the initial state; halvings: of its steps."""
         h, integration = self.scheme.steps.size, settings.timeIntegration
@@ -224,6 +240,7 @@ class Solver:
         """Let a halted solver continue to the end of a segment; the sensors at its start have been written already."""
         h = self.scheme.steps.size
         solver.it.endTime = segment.last * h
+        settings.timeIntegration.newton.relativeTolerance = self._relative_tolerance(segment)
         if segment.first:
             solver.output.lastSensorsWritten = (segment.first + self.scheme.sensor_steps - 0.5) * h
         if not solver.SolveSteps(self.model.bare_mbs, settings):
@@ -285,9 +302,13 @@ class Solver:
     @property
     def _renewals(self) -> int:
         """How often the matrix of Newton's iteration is renewed because carriers of planets on pins turn."""
-        speeds = [self.conditions.highest_speed_of(name) for name in self.model.gearbox.carriers_of_pins]
-        turn = max(speeds, default=0.0) * self.conditions.duration
+        turn = self._highest_carrier_speed * self.conditions.duration
         return min(int(turn / CARRIER_TURN), self.scheme.steps.number // LEAST_STEPS)
+
+    @cached_property
+    def _highest_carrier_speed(self) -> float:
+        """Of the carriers of planets on pins [rad/s]; 0 without."""
+        return max(map(self.conditions.highest_speed_of, self.model.gearbox.carriers_of_pins), default=0.0)
 
     def require_samples(self, end: End | None) -> None:
         """Require all samples: where Newton's iteration fails Exudyn cuts the step and may miss times of samples."""

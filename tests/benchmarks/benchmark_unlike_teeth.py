@@ -3,7 +3,7 @@
     PYTHONPATH=examples python tests/benchmarks/benchmark_unlike_teeth.py
 
 Spur pair 23/47 with run-out and random pitch deviations of both gears: its law over 1,081 pitches is composed of single
-tooth pairs. Runs on either law alternate, and each ratio is that of two runs beside each other; single ones scatter by a
+tooth pairs. Runs on either law alternate, and each ratio is that of two runs beside each other, which scatters by a
 tenth.
 """
 

@@ -5,7 +5,7 @@ from planetary_boxes import NEEDLE, PIN, helical_box, planar_box
 
 import exugear
 
-OPTIONS = {"progress": False, "checks": 0, "load": 400.0}
+OPTIONS = {"progress": False, "checks": 0, "load": 400.0, "power": True}
 SETS = {
     "carrier held": (planar_box, {"held": "carrier"}, 75.0),
     "sun drives": (planar_box, {}, 100.0),
@@ -24,7 +24,7 @@ def iterations_and_data(scene: str, duration: float):
 
 @pytest.mark.parametrize("scene", SETS)
 def test_expected_ends_of_steps_save_iterations_and_do_not_change_the_run(scene, monkeypatch):
-    """To 1e-10 of the mesh forces, the tolerance of sets; pins of a held carrier keep their directions."""
+    """To 1e-10 of the mesh forces, as with the energy books; pins of a held carrier keep their directions."""
     with_ends, expected = iterations_and_data(scene, 0.01)
     monkeypatch.setattr("exugear.multibody.contact_steps.step_ends_of", lambda mbs: [])
     monkeypatch.setattr("exugear.multibody.gear_contact.reads_step_ends", lambda kinds, frame: False)
