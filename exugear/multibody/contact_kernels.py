@@ -38,7 +38,7 @@ from exugear.multibody.integrator_steps import (
     state_at,
 )
 from exugear.multibody.recorder import recorded_components, sample_of, write
-from exugear.multibody.step_ends import accelerations_at, at_step_end, for_newton
+from exugear.multibody.step_ends import accelerations_at, at_step_end, expect_change, for_newton
 from fem.support.numba_cache import compiled, kept
 
 table_at, frame_at, friction_at = reader(FORCE_TABLE), reader(CONTACT_FRAME), reader(FRICTION)
@@ -287,7 +287,8 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel, carrier.speed)
-        if reads_ends == 1 and state.ends != 0 and state.steps.predicts != 0.0:
+        predicts_orbit = reads_ends == 1 and state.ends != 0 and state.steps.predicts != 0.0
+        if predicts_orbit:
             a = accelerations_at(state.ends)
             a_1, a_2 = coordinates_of(a, 0, kind_1), coordinates_of(a, n_1, kind_2)
             beside = beside_orbit(state, beside, geometry, a_1, a_2)
@@ -295,6 +296,12 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int, carried: int, modes: i
         amplitudes = None if modes == 0 else all_coordinates[bodies:before_rates] + all_coordinates[rates:]
         pushed = push_by_ring(law, state, motion, beside, geometry.position.offsets, amplitudes)
         motion, push, force, pulsed, dissipation, lag = pushed
+        if predicts_orbit:
+            row_1, row_2 = (
+                on_coordinates(kind_1, (*geometry.pinion, 0.0)),
+                on_coordinates(kind_2, (*geometry.wheel, 0.0)),
+            )
+            expect_change(state.ends, row_1[:n_1] + row_2[:n_2], state.steps.change)
         forces_1, forces_2 = space_forces(frame, geometry, push, pulsed)
         rub = friction_in_space(
             friction_at(friction) if rubs == 1 else None, frame, geometry.position, push, pinion.v, wheel.v

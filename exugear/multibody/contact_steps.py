@@ -11,16 +11,19 @@ from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
 from exugear.multibody.model import BearingTangents, Mesh, Model, added_in_steps, bearing_tangents, on_body
-from exugear.multibody.step_ends import step_ends_of
+from exugear.multibody.step_ends import changes_in_step, step_ends_of
 from exugear.multibody.velocity_lag import lag_of
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
 
-def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearings: BearingTangents) -> None:
+def set_predictor(
+    model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearings: BearingTangents, changes: np.ndarray
+) -> None:
     """Set what the predictor of a contact needs in the steps of a rule (`exugear.multibody.integrator_steps.STEPS`).
 
     bearings   changes of stiffness and damping by nonlinear bearings at the start, where the linear system is stiffest:
                the predictor only uses the change of their forces in a step, so that an offset does not count
+    changes    `changes_in_step` of the system
     """
     system, h = mesh.free_system, rule.step
     if system is None:
@@ -39,6 +42,7 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
     if mesh.stage.carrier and mesh.stage.carrier.name in model.gearbox.carriers_of_pins:
         # The directions in which pins and bearings push turn with the carrier: the guess leaves their forces out. It is
         # the acceleration expected of the bodies; without `STEP_ENDS` that of the last step, corrected by the mesh.
+        _share_changes(model, mesh, changes)
         return
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
     of_system = np.zeros(mesh.row.size)
@@ -50,6 +54,20 @@ def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record, bearin
         components = model.plan.shafts[shaft.name].components[:-1]
         by_displacement, by_velocity = (on_body(model, mesh.stage, shaft, forces) for forces in by_bearings)
         steps.by_displacement[i, components], steps.by_velocity[i, components] = by_displacement, by_velocity
+
+
+def _share_changes(model: Model, mesh: Mesh, changes: np.ndarray) -> None:
+    """Let the mesh of a planet that orbits share what its force changes in a step; changes: as for `set_predictor`."""
+    address, system = state_of(model.bare_mbs, mesh.contact)["ends"], mesh.free_system
+    numbers: list[int] = []
+    for shaft in (mesh.stage.fast, mesh.stage.slow):
+        spin = model.spins[shaft.name]
+        numbers += range(spin - model.plan.shafts[shaft.name].spin_index, spin + 1)
+    mobilities = np.zeros(mesh.row.size)
+    mobilities[system.free] = 1 / np.diag(system.mass)
+    for ends in step_ends_of(model.bare_mbs):
+        if ends.address == address:
+            ends.share(numbers, mobilities[numbers], changes)
 
 
 def _let_shaft_predict(model: Model, mesh: Mesh, name: str, accelerations: np.ndarray) -> None:
@@ -132,6 +150,7 @@ def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator
     lag, predicted = lag_of(rule), rule if rule.spectral_radius is None else None
     for ends in step_ends_of(model.bare_mbs):
         ends.follow(predicted)
+    changes = changes_in_step(model.bare_mbs.systemData.ODE2Size())
     bearings = bearing_tangents(model, np.array(model.bare_mbs.systemData.GetODE2Coordinates(INITIAL)))
     for pin in model.pins:
         pin.record.lag = lag
@@ -142,7 +161,7 @@ def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator
         state["steps"] = np.zeros((), STEPS)
         state.steps.last_time = np.nan
         if rule.spectral_radius is None:
-            set_predictor(model, mesh, rule, state.steps, bearings)
+            set_predictor(model, mesh, rule, state.steps, bearings, changes)
     try:
         yield
     finally:

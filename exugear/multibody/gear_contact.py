@@ -210,10 +210,10 @@ def user_functions(
             matrix = copy.spring_matrix(t, q, q_t, (factor, factor_t))
         except ValueError as error:
             raise stopped(table, frame, error) from None
-        if state["steps"]["duration"]:
-            note_matrix(state, frame, matrix, sizes)
         if ends is not None:
             ends.note(matrix)
+        elif state["steps"]["duration"]:
+            note_matrix(state, frame, matrix, sizes)
         return matrix
 
     function = direct(errors_kept(mbs, gear_contact), kernel, all_records, sum(sizes), pointed_to=beside)
