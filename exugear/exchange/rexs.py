@@ -10,9 +10,10 @@ import xarray as xr
 
 from exugear.exchange.rexs_bearings import Options
 from exugear.exchange.rexs_file import read_file
-from exugear.exchange.rexs_loads import load_case, raw_cases, torque_balance
+from exugear.exchange.rexs_loads import RawCase, all_torques, load_case, raw_cases, torque_balance
 from exugear.exchange.rexs_reading import Account, Reading
 from exugear.exchange.rexs_train import Mesh, Set, Train
+from exugear.gearbox.constant_loads import IDLE, mesh_forces
 from exugear.gearbox.gearbox import Gearbox
 from exugear.operation.load_spectrum import LoadCase, LoadSpectrum
 from fem.pair import iso6336
@@ -129,7 +130,7 @@ def _gearbox(
         reading.account.assumed("external forces", f"those of load case {acting} act; read the file again for others")
     first = train.first_shaft
     members = train.in_order(first)
-    ends = _ends(train, members, first)
+    ends = _ends(train, members, first, raw)
     trial = _with_constant_laws(train, members, damping_ratio, ends)
     driving, driven = ends["driving"], ends["driven"]
     powers = [torque_balance(case, trial.ratios, driving, driven) * case.speeds.get(first, 1.0) for case in raw]
@@ -138,7 +139,7 @@ def _gearbox(
         members = train.in_order(ends["driving"])
         trial = _with_constant_laws(train, members, damping_ratio, ends)
     cases = [load_case(case, trial.ratios, ends["driving"], ends["driven"]) for case in raw]
-    forces = _largest_forces(reading, trial, cases)
+    forces = _largest_forces(reading, trial, raw, cases)
     train.note(members)
     laws, sequence = [], iter(zip(trial.stages, forces, strict=True))
     for member in members:
@@ -150,13 +151,18 @@ def _gearbox(
     return train.gearbox(members, laws, damping_ratio, **ends), cases
 
 
-def _ends(train: Train, members: list[Mesh | Set], first: str) -> dict[str, str]:
-    """Driving shaft, and as driven shaft that with the load at the far end, else the end of the train."""
+def _ends(train: Train, members: list[Mesh | Set], first: str, raw: list[RawCase]) -> dict[str, str]:
+    """Driving shaft, and as driven shaft that whose load takes the rest, else another load, else the end of the train.
+
+    The rest is left to a shaft with a load whose torque no load case holds.
+    """
     names = [name for member in members for name in member.shafts]
     free = [name for name in names if name != first and name not in train.held]
     loaded = [name for name in train.loaded_shafts() if name in free]
+    known = {name for case in raw for name in (*case.torques, *case.powers)}
+    of_rest = [name for name in loaded if name not in known]
     ends = [name for name in reversed(free) if names.count(name) == 1]
-    return {"driving": first, "driven": next(iter([*loaded, *ends]), free[-1])}
+    return {"driving": first, "driven": next(iter([*of_rest, *loaded, *ends]), free[-1])}
 
 
 def _with_constant_laws(train: Train, members: list[Mesh | Set], damping_ratio: float, ends: dict[str, str]) -> Gearbox:
@@ -166,13 +172,32 @@ def _with_constant_laws(train: Train, members: list[Mesh | Set], damping_ratio: 
     return train.gearbox(members, laws, damping_ratio, **ends)
 
 
-def _largest_forces(reading: Reading, gearbox: Gearbox, cases: list[LoadCase]) -> list[float]:
-    """Mesh force [N] of each stage that is the largest over the load cases."""
-    load = max(abs(case.load) for case in cases)
-    if load == 0:
+def _largest_forces(reading: Reading, gearbox: Gearbox, raw: list[RawCase], cases: list[LoadCase]) -> list[float]:
+    """Mesh force [N] of each stage that is the largest over the load cases, with the torques on all shafts."""
+    loads = [_loads(gearbox, *each) for each in zip(raw, cases, strict=True)]
+    if not any(any(each.values()) for each in loads):
         reading.account.assumed("meshes", f"{ASSUMED_TORQUE:g} N m on the driving shaft, as the file holds no torque")
-        load = ASSUMED_TORQUE / abs(gearbox.ratios[gearbox.driven.name])
-    return [abs(force) for force in gearbox.static_forces(load)]
+        loads = [{gearbox.driven.name: ASSUMED_TORQUE / abs(gearbox.ratios[gearbox.driven.name])}]
+    driven = gearbox.driven.name
+    further = sorted({name for each in loads for name, torque in each.items() if torque and name != driven})
+    if further:
+        words = f"load is the torque on {driven!r} alone; runs take those on {further}, too, by loads={{shaft: torque}}"
+        reading.account.assumed("load cases", words)
+    forces = np.abs([mesh_forces(gearbox, each) for each in loads]).max(axis=0)
+    for number, stage in enumerate(gearbox.stages):
+        if forces[number] <= IDLE * forces.max():
+            words = f"{ASSUMED_TORQUE:g} N m on its pinion, as no load case loads it"
+            reading.account.assumed(stage.name, words)
+            forces[number] = ASSUMED_TORQUE / stage.pair.pinion.r_b
+    return forces.tolist()
+
+
+def _loads(gearbox: Gearbox, raw: RawCase, case: LoadCase) -> dict[str, float]:
+    """Torques of a load case against the motion of the shafts [N m]; the driving shaft takes the rest."""
+    driving, driven = gearbox.driving.name, gearbox.driven.name
+    torques = all_torques(raw, gearbox.ratios, case.speed)
+    further = [name for name in torques if name in gearbox.ratios and name not in (driving, driven, *gearbox.held)]
+    return {driven: case.load} | {name: -gearbox.directions[name] * torques[name] for name in further}
 
 
 def _mesh_of(mesh: str | Callable, pair: GearPair, torque: float, axial: float, *, progress: bool) -> xr.Dataset:

@@ -16,6 +16,7 @@ from fem.units import mm, um
 GEARS = "cylindrical_gear", "ring_gear"
 #: Names of the flank in versions up to 1.2 and from 1.3 on.
 FLANKS = "flank_geometry", "cylindrical_gear_flank"
+THICKNESS = "normal_tooth_thickness_at_pitch_diameter"
 MODIFICATIONS = "tip_relief", "root_relief", "profile_crowning", "helix_crowning", "helix_slope"
 RACKS, CUTTERS = ("rack_shaped_tool",), ("cutter_wheel_tool",)
 #: Share of the reference diameter below which a tip diameter is a placeholder.
@@ -68,6 +69,8 @@ def gear_of(reading: Reading, component: Component, shaft: ShaftAt) -> Gear:
     sizes["alpha_n"] = _of_flank(reading, flank, "normal_pressure_angle", "rad", pi / 9, component)
     x = _shift(reading, component, flank, m_n, sizes["alpha_n"])
     sizes |= {"x": x, "material": material_of(reading, component)}
+    if reading.has(component, THICKNESS):  # beside the profile shift, from which it differs by allowances
+        sizes["s_n"] = reading.number(component, THICKNESS, "m")
     sizes |= given_diameters(reading, component)
     sizes |= _tool(reading, [component, *flanks], ring, m_n, has_root="d_f" in sizes)
     sizes |= _body(reading, component, shaft, Gear(**sizes | _placeholder_body(z, m_n, ring)))
@@ -111,8 +114,8 @@ def _shift(reading: Reading, component: Component, flank, m_n: float, alpha_n: f
             return reading.number(owner, "addendum_modification_coefficient", "1")
         if reading.has(owner, "addendum_modification"):
             return reading.number(owner, "addendum_modification", "m") / m_n
-    if reading.has(component, "normal_tooth_thickness_at_pitch_diameter"):
-        thickness = reading.number(component, "normal_tooth_thickness_at_pitch_diameter", "m")
+    if reading.has(component, THICKNESS):
+        thickness = reading.number(component, THICKNESS, "m")
         return (thickness / m_n - pi / 2) / (2 * tan(alpha_n))
     reading.account.assumed(component.title, "no profile shift, x = 0")
     return 0.0

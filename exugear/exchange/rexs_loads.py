@@ -92,12 +92,21 @@ def load_case(raw: RawCase, ratios: dict[str, float], driving: str, driven: str)
 
 
 def torque_balance(raw: RawCase, ratios: dict[str, float], driving: str, driven: str, speed: float = 1.0) -> float:
-    """Torque on the driven shaft that balances those of the file [N m], > 0 where the driving one is > 0 about z."""
+    """Torque on the driven shaft that balances those of the file [N m], > 0 where the driving one is > 0 about z.
+
+    That of the file itself where the file holds none on the driving shaft, which takes the rest.
+    """
+    torques = all_torques(raw, ratios, speed)
+    power = sum(torque * ratios.get(name, 0.0) for name, torque in torques.items() if name != driven)
+    if driven in torques and (power == 0 or driving not in torques):
+        power = -torques[driven] * ratios[driven]
+    return power / abs(ratios[driven]) if ratios[driven] else 0.0
+
+
+def all_torques(raw: RawCase, ratios: dict[str, float], speed: float) -> dict[str, float]:
+    """Torques on the shafts about z [N m], also those that the file holds as powers."""
     torques = dict(raw.torques)
     for name, power in raw.powers.items():
         if ratios.get(name) and speed:
             torques[name] = power / (ratios[name] * speed)
-    power = sum(torque * ratios.get(name, 0.0) for name, torque in torques.items() if name != driven)
-    if driven in torques and power == 0:
-        power = -torques[driven] * ratios[driven]
-    return power / abs(ratios[driven]) if ratios[driven] else 0.0
+    return torques

@@ -1,6 +1,7 @@
 """Gearboxes written as REXS files of version 1.4 in XML, for other programs."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from math import atan2, pi
 from pathlib import Path
 from xml.etree import ElementTree
@@ -15,6 +16,7 @@ from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import Disc, Shaft, parts_of
 from exugear.gearbox.shaft_loads import ExternalForce
 from exugear.gearbox.stage import Stage
+from exugear.mesh_force.ring_pair import RingPair
 from exugear.operation.load_spectrum import LoadCase
 from exugear.rolling_bearings.rows import BallRow, RollerRow, Row
 from fem.gear.gear import Gear
@@ -53,6 +55,7 @@ TYPES = {
     "deep groove": "radial_grooved_ball_bearing",
     "angular contact": "angular_contact_ball_bearing",
     "cylindrical roller": "cylindrical_roller_bearing",
+    "needle": "radial_needle_roller_bearing",
     "tapered roller": "tapered_roller_bearing",
 }
 
@@ -65,14 +68,18 @@ def write_rexs(path: FilePath, gearbox: Gearbox, load_cases: Iterable[LoadCase] 
                  written, torques on further shafts and forces of a case are left out
 
     Sections, rolling bearings of one row by their inner geometry, external forces and gravity are written, too. Returns
-    an account of what REXS cannot hold, or this function does not write: force laws, damping, couplings, drags,
-    unbalance, bearings with clearance, guidance, offsets of shafts, masses beyond those of their parts. Raises
-    ValueError for gearboxes with planetary sets, and for names that say JSON or a zip archive.
+    an account of what REXS cannot hold, or this function does not write: force laws, damping, friction, couplings,
+    drags, unbalance, bearings with clearance, guidance, rims of rings, offsets of shafts, masses and inertias beyond
+    those of their parts. Raises ValueError for gearboxes with planetary sets or a `RingPair`, and for names that say
+    JSON or a zip archive.
     """
     suffix = Path(path).suffix
     require(suffix.lower() not in NOT_XML, f"path must name an XML file, say gearbox.rexs, got the suffix {suffix!r}")
     sets = [stage.name for stage in gearbox.stages if stage.carrier is not None]
     require(not sets, f"planetary sets are not written, got {sets}; write the parallel stages alone")
+    ringed = [stage.name for stage in gearbox.stages if isinstance(stage.pair, RingPair)]
+    remedy = "whose ring has no body; give a fem.GearPair with the ring as a fem.Gear"
+    require(not ringed, f"stages {ringed} have a RingPair, {remedy}")
     writing = _Writing()
     writing.gearbox(gearbox)
     writing.load_spectrum(gearbox, list(load_cases))
@@ -126,11 +133,14 @@ class _Writing:
         if gearbox.housing is not None:
             self.account.left_out("housing", f"stiffness between {len(gearbox.housing.seats)} seats is not written")
         for shaft in gearbox.shafts:
-            self._shaft(shaft, gearbox.shaft_positions[shaft.name], drives=shaft is gearbox.driving)
+            loaded = shaft is gearbox.driving or shaft is gearbox.driven
+            at = gearbox.shaft_positions[shaft.name]
+            self._shaft(shaft, at, drives=shaft is gearbox.driving, loaded=loaded)
         for stage in gearbox.stages:
             self._stage(stage, gearbox.shaft_positions)
 
-    def _shaft(self, shaft: Shaft, position: tuple[float, float], *, drives: bool) -> None:
+    def _shaft(self, shaft: Shaft, position: tuple[float, float], *, drives: bool, loaded: bool) -> None:
+        """A shaft with its parts; drives, loaded: whether its speed is given, and whether drive or load act on it."""
         begin = min(axial - getattr(part, "b", 0.0) / 2 for axial, part in parts_of(shaft))
         begin = shaft.start if shaft.sections else begin
         id = self._component(
@@ -163,8 +173,15 @@ class _Writing:
             self.account.left_out(
                 shaft.name, f"mass {shaft.mass:.4g} kg and inertia {shaft.inertia:.4g} kg m^2 {remark}"
             )
+        elif not np.isclose(shaft.transverse, replace(shaft, transverse=None).transverse, rtol=ROUNDING, atol=0.0):
+            words = f"transverse inertia {shaft.transverse:.4g} kg m^2 beside that of its parts is not written"
+            self.account.left_out(shaft.name, words)
         if shaft.offset != type(shaft.offset)():
             self.account.left_out(shaft.name, f"{shaft.offset} is not written")
+        if shaft.sections and shaft.damping_ratio != Shaft.damping_ratio:
+            self.account.left_out(shaft.name, f"damping_ratio {shaft.damping_ratio:g} of its modes is not written")
+        if shaft.torque_at is not None and not loaded:
+            self.account.left_out(shaft.name, f"torque_at {shaft.torque_at / mm:g} mm is not written")
 
     def _gravity(self, gearbox: Gearbox) -> None:
         """Direction of the gravity of the shafts on bearings, which must be the same."""
@@ -208,12 +225,12 @@ class _Writing:
     def _rolling_bearing(self, bearing: RollingBearing, at: np.ndarray, u: float, where: str, shaft: str) -> None:
         """A rolling bearing of one row by its inner geometry."""
         if len(bearing.rows) > 1 or bearing.kind not in TYPES:
-            self.account.left_out(where, f"{bearing} is not written: {len(bearing.rows)} rows")
+            self.account.left_out(where, f"{bearing} is not written: kind {bearing.kind!r}, rows {len(bearing.rows)}")
             return
         row = bearing.rows[0]
         values: dict[str, Value] = {"bearing_type": (TYPES[bearing.kind], "none"), "dynamic_capacity": (bearing.C, "N")}
         values |= {"u_coordinate_on_shaft_inner_side": (u, "mm")}
-        absorbs = "no_direction" if bearing.kind == "cylindrical roller" else "both_directions"
+        absorbs = "no_direction" if bearing.kind in ("cylindrical roller", "needle") else "both_directions"
         absorbs = ("positive" if row.direction > 0 else "negative") if row.alpha else absorbs
         values |= {"axial_force_absorption": (absorbs, "none")}
         of_row: dict[str, Value] = {
@@ -259,6 +276,7 @@ class _Writing:
             "face_width": (gear.b, "mm"),
             "tip_diameter": (abs(gear.d_a), "mm"),
             "root_diameter": (abs(gear.d_f), "mm"),
+            "normal_tooth_thickness_at_pitch_diameter": (gear.s_n, "mm"),
             "u_coordinate_on_shaft": (u, "mm"),
         }
         if not gear.internal:
@@ -278,6 +296,9 @@ class _Writing:
             self._relation("reference", origin=id, referenced=tool)
         elif gear.fillet is not None or gear.cutter is not None:
             self.account.left_out(where, "root fillet is not written")
+        if gear.internal:
+            held = f", held by {', '.join(map(str, gear.support))}," if gear.support else ""
+            self.account.left_out(where, f"rim up to a diameter of {abs(gear.d_rim) / mm:g} mm{held} is not written")
         self._relation("reference", origin=id, referenced=self._material(gear))
         return id
 
@@ -334,7 +355,10 @@ class _Writing:
         self._relation("assembly", assembly=self.unit, part=id)
         gears = [self.gears[name, axial] for name, axial in zip(ends, stage.axial_positions, strict=True)]
         self._relation("stage", stage=id, gear_1=gears[0], gear_2=gears[1])
-        self.account.left_out(stage.name, f"force law and damping {stage.force.damping:.4g} N s/m are not written")
+        lost = ["force law", f"damping {stage.force.damping:.4g} N s/m"]
+        lost += ["friction"] * (stage.friction is not None)
+        lost += [f"phase {stage.phase:g}"] if stage.phase is not None else []
+        self.account.left_out(stage.name, f"{', '.join(lost[:-1])} and {lost[-1]} are not written")
 
     def load_spectrum(self, gearbox: Gearbox, cases: list[LoadCase]) -> None:
         """Speed of the driving shaft, torque on it and the load that balances it."""

@@ -577,6 +577,99 @@ def test_planetary_sets_are_not_written(tmp_path):
     assert not (tmp_path / "written.rexs").exists()
 
 
+def test_a_ring_without_a_body_is_not_written(tmp_path):
+    gear = fem.Gear(z=20, m_n=3 * mm, b=25 * mm, d_bore=25 * mm)
+    pair = exugear.RingPair(gear, z=-62, a=-63 * mm)
+    law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 3e5], [0, 3e5]], backlash=80e-6)
+    shafts = exugear.Shaft("in", {0.0: gear}), exugear.Shaft("ring", {0.0: pair.wheel}, inertia=0.05, mass=5.0)
+    with pytest.raises(ValueError, match=r"stages \['in-ring'\] have a RingPair, .* give a fem.GearPair"):
+        exugear.write_rexs(tmp_path / "written.rexs", exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair)]))
+    assert not (tmp_path / "written.rexs").exists()
+
+
+def test_allowances_of_the_tooth_thickness_are_written(tmp_path):
+    """Tooth thickness, root and bearing forces as before; the mate of a thick tooth would be without backlash."""
+    thin = fem.Gear(z=20, m_n=3 * mm, b=30 * mm, d_bore=20 * mm, x=0.3, s_n=5.0 * mm, rho_f=0.5 * mm)
+    mate = fem.Gear(z=61, m_n=3 * mm, b=30 * mm, d_bore=60 * mm, x=-0.1)
+    bearing = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-5)
+    needle = exugear.RollingBearing.needle(Z=24, D_w=3 * mm, D_pw=40 * mm, L_we=16 * mm, damping_time=1e-5)
+    ends = {0.0: bearing, 90 * mm: needle}
+    shafts = [exugear.Shaft(name, ends | {40 * mm: x}) for name, x in (("fast", thin), ("slow", mate))]
+    law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 3e5], [0, 3e5]], backlash=80e-6)
+    box = exugear.Gearbox([exugear.Stage(*shafts, law, pair=fem.GearPair(thin, mate))])
+    exugear.write_rexs(tmp_path / "written.rexs", box)
+    after = exugear.read_rexs(tmp_path / "written.rexs", **QUICK | {"bearings": "rolling"}).gearbox
+    assert after.stages[0].pair.pinion.s_n == pytest.approx(5.0 * mm)
+    assert after.stages[0].pair.backlash == pytest.approx(box.stages[0].pair.backlash)
+    forces = [
+        exugear.load_distribution(x, load=50.0, mesh_stiffness=15e9)["bearing_force"].values for x in (box, after)
+    ]
+    assert forces[1] == pytest.approx(forces[0], abs=1e-6)
+
+
+def test_what_is_not_written_of_rings_shafts_and_meshes_is_told(tmp_path):
+    pinion = fem.Gear(z=20, m_n=3 * mm, b=25 * mm, d_bore=25 * mm)
+    ring = fem.Gear(z=-62, m_n=3 * mm, b=25 * mm, d_a=181.5 * mm, d_f=194 * mm, d_rim=240 * mm)
+    pair, law = fem.GearPair(pinion, ring), exugear.MeshForce([0.0, 0.5], [0, 1 * mm], [[0, 3e5], [0, 3e5]])
+    sections = [(25 * mm, 100 * mm)]
+    middle = exugear.Shaft(
+        "middle", {20 * mm: pinion, 70 * mm: pinion}, sections=sections, damping_ratio=0.03, torque_at=90 * mm
+    )
+    wheels = [exugear.Shaft(name, {at: ring}, transverse=0.9) for name, at in (("first", 20 * mm), ("last", 70 * mm))]
+    rubbing = exugear.MeshFriction.of_pair(pair, 0.05)
+    stages = [exugear.Stage(middle, x, law, pair=pair, friction=rubbing, phase=0.0) for x in wheels]
+    box = exugear.Gearbox(stages, driving=wheels[0], driven=wheels[1])
+    account = str(exugear.write_rexs(tmp_path / "written.rexs", box))
+    for words in (
+        "rim up to a diameter of 240 mm is not written",
+        "damping_ratio 0.03 of its modes is not written",
+        "torque_at 90 mm is not written",
+        "transverse inertia 0.9 kg m^2 beside that of its parts is not written",
+        "force law, damping 0 N s/m, friction and phase 0 are not written",
+    ):
+        assert words in account
+
+
+def test_meshes_of_several_outputs_reach_as_far_as_their_loads(tmp_path):
+    """The last shaft takes the rest of the torques: the first mesh carries all, the second the rest."""
+    data, asked = two_stages(), []
+
+    def law(pair, torque):
+        asked.append(torque)
+        te = torque / 2e10 * np.outer([0, 1, 2], np.ones(4))
+        return fem.ste_map(pair, [0, torque, 2 * torque], np.arange(4) / 4, te)
+
+    middle = next(x["id"] for x in data.components if x["name"] == "middle")
+    second = data.add("external_load", "", transmits_torque=(True, "none"), torque_around_u_axis=(30.0, "N m"))
+    data.relate("assembly", assembly=middle, part=second)
+    at_middle = 40 * 47 / 25
+    model = read(data, tmp_path, mesh=law)
+    assert model.gearbox.driven.name == "slow"
+    assert model.load_cases[0].load == pytest.approx((at_middle - 30) * 55 / 24)
+    assert asked == pytest.approx([40, at_middle - 30])
+    assert told(model, "assumed", "load is the torque on 'slow' alone; runs take those on ['middle'], too, by loads=")
+    data.components[second - 1]["attributes"]["torque_around_u_axis"] = (at_middle, "N m")
+    asked.clear()
+    idle = read(data, tmp_path, mesh=law)
+    assert asked == pytest.approx([40, 100]) and told(idle, "assumed", "as no load case loads it")
+
+
+def test_the_driving_shaft_takes_the_torques_of_all_outputs(tmp_path):
+    """Where the file holds those of all outputs and none on the driving shaft."""
+    data = two_stages()
+    middle, loads = (next(x["id"] for x in data.components if x["name"] == "middle")), data.ids["load"]
+    data.components[loads - 1]["attributes"].pop("torque_around_u_axis")
+    data.components[loads]["attributes"]["torque_around_u_axis"] = (-50.0, "N m")
+    third = data.add("external_load", "", transmits_torque=(True, "none"), torque_around_u_axis=(30.0, "N m"))
+    data.relate("assembly", assembly=middle, part=third)
+    model = read(data, tmp_path)
+    (case,) = model.load_cases
+    given = {"slow": 50.0, "middle": 30.0}
+    assert case.load == pytest.approx(given[model.gearbox.driven.name])
+    on_pinions = [stage.mesh["torque"].values[-1] / 1.5 for stage in model.gearbox.stages]
+    assert on_pinions == pytest.approx([(30 + 50 * 24 / 55) * 25 / 47, 50 * 24 / 55])
+
+
 @pytest.mark.slow
 def test_from_a_file_to_the_resonance_table(tmp_path):
     """As the documents say, in five lines, with maps by finite elements."""
