@@ -56,8 +56,11 @@ def density_of(reading: Reading, component: Component) -> float:
     return STEEL.density
 
 
-def gear_of(reading: Reading, component: Component, shaft: ShaftAt) -> Gear:
-    """The gear on a shaft with these diameters."""
+def gear_of(reading: Reading, component: Component, shaft: ShaftAt, sense: int = 1) -> Gear:
+    """The gear on a shaft with these diameters.
+
+    sense   of its u axis along z: left and right flanks of the file are those seen from the end to which u points
+    """
     reading.use(component)
     ring = component.type == "ring_gear" or reading.number(component, "number_of_teeth", "1") < 0
     z = int(abs(reading.number(component, "number_of_teeth", "1"))) * (-1 if ring else 1)
@@ -74,8 +77,12 @@ def gear_of(reading: Reading, component: Component, shaft: ShaftAt) -> Gear:
     sizes |= given_diameters(reading, component)
     sizes |= _tool(reading, [component, *flanks], ring, m_n, has_root="d_f" in sizes)
     sizes |= _body(reading, component, shaft, Gear(**sizes | _placeholder_body(z, m_n, ring)))
-    designed = [_modifications(reading, flank) for flank in flanks]
+    designed = [_modifications(reading, flank) for flank in flanks][::sense]
     unlike = len(designed) == 2 and designed[0] != designed[1]
+    if unlike:
+        reading.account.assumed(
+            component.title, "left and right flanks as seen from the end to which its u axis points"
+        )
     gear = Gear(**sizes, flank=Sides(*designed) if unlike else designed[0] if designed else ())
     reading.account.read(component.title, f"{gear}")
     return gear

@@ -349,9 +349,10 @@ class Train:
 
     def _placed_gear(self, layout: ShaftLayout, component: Component) -> tuple[float, Gear]:
         axial = gear_position(self.reading, layout, component)
-        self.reading.vector(component, "u_axis_vector", "m")
+        axis = self.reading.vector(component, "u_axis_vector", "m")
+        sense = layout.sense if axis is None else 1 if axis[0] > 0 else -1
         with placing_errors(component, self.reading.file):
-            return axial, gear_of(self.reading, component, layout.at(axial))
+            return axial, gear_of(self.reading, component, layout.at(axial), sense)
 
     def _shaft(self, name: str, gears: list[tuple[float, Gear]], forces: Mapping[float, ExternalForce]) -> Shaft:
         layout, account = self.layouts[name], self.reading.account

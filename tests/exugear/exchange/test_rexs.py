@@ -261,11 +261,15 @@ def test_modifications_of_either_flank(tmp_path):
     relief = {"tip_relief_depth": (20.0, "mum"), "tip_relief_datum_diameter": (54.0, "mm")}
     for flank, kind, values in ((left, "helix_crowning", crowning), (right, "tip_relief", relief)):
         data.relate("reference", origin=flank, referenced=data.add(kind, kind, **values))
+    model = read(data, tmp_path)
+    flank = model.gearbox.stages[0].pair.pinion.flank
+    designed = [repr(fem.LeadCrowning(5e-6)), repr(fem.TipRelief(20e-6, d_Ca=54 * mm))]
+    assert [repr(part) for part in (*flank.left, *flank.right)] == designed
+    assert told(model, "assumed", "left and right flanks as seen from the end to which its u axis points")
+    # Seen from behind the left flank is the right one.
+    data.components[data.ids["gears"][0] - 1]["attributes"]["u_axis_vector"] = ((-1.0, 0.0, 0.0), "mm")
     flank = read(data, tmp_path).gearbox.stages[0].pair.pinion.flank
-    assert [repr(part) for part in (*flank.left, *flank.right)] == [
-        repr(fem.LeadCrowning(5e-6)),
-        repr(fem.TipRelief(20e-6, d_Ca=54 * mm)),
-    ]
+    assert [repr(part) for part in (*flank.right, *flank.left)] == designed
 
 
 def test_arrays_in_base_64(tmp_path):
