@@ -321,15 +321,16 @@ class RollingBearing:
 
     @property
     def orders(self) -> dict[str, float]:
-        """Frequencies of the first row over that of the shaft, the outer ring standing.
+        """Frequencies of the first row over that of the shaft: the outer ring stands, on a pin the inner one.
 
         "cage" of the cage (FTF), "outer" and "inner" at which elements pass a point of that ring (BPFO, BPFI),
         "element" of the turns of an element about itself (BSF), in which a point of it touches each ring once.
         """
         row = self.rows[0]
-        cage = (1 - row.gamma) / 2
+        slow = (1 - row.gamma) / 2
         spin = row.D_pw / (2 * row.D_w) * (1 - row.gamma**2)
-        return {"cage": cage, "outer": row.Z * cage, "inner": row.Z * (1 - cage), "element": spin}
+        passing = {"outer": row.Z * slow, "inner": row.Z * (1 - slow)}
+        return {"cage": 1 - slow if row.on_pin else slow, **passing, "element": spin}
 
     @checked
     def paired(self, arrangement: str, *, spacing: float, preload: float = 0.0) -> "RollingBearing":

@@ -76,6 +76,15 @@ def test_frequencies_of_a_bearing_are_those_of_rolling():
     )
 
 
+def test_the_cage_of_a_bearing_on_a_pin_follows_its_outer_ring():
+    """Elements pass the pin, which stands, as often as cage and elements say, and so the outer ring that turns."""
+    bearing = RollingBearing.deep_groove(Z=9, D_w=7.94 * mm, D_pw=39.04 * mm)
+    orders = bearing.on_pin().orders
+    assert orders["cage"] == pytest.approx(1 - bearing.orders["cage"])
+    assert 9 * orders["cage"] == pytest.approx(orders["inner"])
+    assert 9 * (1 - orders["cage"]) == pytest.approx(orders["outer"])
+
+
 def test_ribs_carry_along_the_axis():
     bearing = RollingBearing.cylindrical_roller(**ROLLER, guidance=2e7)
     loaded = bearing.under((1000.0, 0.0, -300.0, 0.0, 0.0))
