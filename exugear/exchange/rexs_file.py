@@ -203,7 +203,7 @@ class _Handler(ContentHandler):
         elif name == "component":
             id = _given(given, "id", where)
             require(id not in self.target, f"{where}: a second component has the id {id}; export the file again")
-            self.component = Component(id, _given(given, "type", where), given.get("name", ""), line)
+            self.component = _component(id, given, where, line, self.components)
             self.target[id] = self.component
             many = f"{self.path} has more than {MOST_COMPONENTS} components"
             require(len(self.target) <= MOST_COMPONENTS, many)
@@ -250,6 +250,14 @@ class _Handler(ContentHandler):
 def _given(attributes: Mapping, name: str, where: str) -> str:
     require(str(attributes.get(name, "")) != "", f"{where} lacks {name}; export the file again")
     return str(attributes[name])
+
+
+def _component(id: str, given: Mapping, where: str, line: int, known: Mapping[str, Component]) -> Component:
+    """A component without attributes; of a load case it may leave its type to the component of the model (known)."""
+    of_model = known.get(id)
+    if of_model is not None and not given.get("type"):
+        return Component(id, of_model.type, of_model.name, line)
+    return Component(id, _given(given, "type", where), given.get("name", ""), line)
 
 
 def _order(attributes: Mapping, where: str) -> int:
@@ -330,7 +338,7 @@ def _from_json(content: bytes, path: Path) -> RexsFile:
         )
         spectra = model.get("load_spectra") or [model.get("load_spectrum") or {}]
         cases = [case for spectrum in spectra for case in spectrum.get("load_cases", ())]
-        load_cases = tuple(_components(case.get("components", ()), path) for case in cases)
+        load_cases = tuple(_components(case.get("components", ()), path, components) for case in cases)
     except (AttributeError, KeyError, TypeError) as error:
         raise ValueError(f"{path} has not the structure of a REXS file, at {error}; export it again") from None
     application = f"{model.get('applicationId', '')} {model.get('applicationVersion', '')}".strip()
@@ -338,14 +346,15 @@ def _from_json(content: bytes, path: Path) -> RexsFile:
     return RexsFile(path, str(model.get("version", "")), application, components, relations, load_cases, unread)
 
 
-def _components(listed, path: Path) -> dict[str, Component]:
+def _components(listed, path: Path, known: Mapping[str, Component] | None = None) -> dict[str, Component]:
+    """Components by their ids; known: those of the model, whose types load cases need not repeat."""
     require(len(listed) <= MOST_COMPONENTS, f"{path} has more than {MOST_COMPONENTS} components")
     components: dict[str, Component] = {}
     for each in listed:
         where = f"line {each.line} of {path}"
         id = _given(each, "id", where)
         require(id not in components, f"{where}: a second component has the id {id}; export the file again")
-        component = Component(id, _given(each, "type", where), each.get("name", ""), each.line)
+        component = _component(id, each, where, each.line, known or {})
         for attribute in each.get("attributes", ()):
             line = attribute.line
             name = _given(attribute, "id", f"line {line} of {path}")

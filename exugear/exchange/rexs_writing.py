@@ -22,7 +22,7 @@ from exugear.rolling_bearings.rows import BallRow, RollerRow, Row
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import Sides
 from fem.microgeometry.modification import LeadCrowning, ProfileCrowning, RootRelief, TipRelief
-from fem.support.arguments import FilePath, checked
+from fem.support.arguments import DERIVED, FilePath, checked
 from fem.support.cache import complete_file
 from fem.support.validation import require
 from fem.support.version import __version__
@@ -173,7 +173,7 @@ class _Writing:
             self.account.left_out(
                 shaft.name, f"mass {shaft.mass:.4g} kg and inertia {shaft.inertia:.4g} kg m^2 {remark}"
             )
-        elif not np.isclose(shaft.transverse, replace(shaft, transverse=None).transverse, rtol=ROUNDING, atol=0.0):
+        elif not np.isclose(shaft.transverse, replace(shaft, transverse=DERIVED).transverse, rtol=ROUNDING, atol=0.0):
             words = f"transverse inertia {shaft.transverse:.4g} kg m^2 beside that of its parts is not written"
             self.account.left_out(shaft.name, words)
         if shaft.offset != type(shaft.offset)():

@@ -229,6 +229,19 @@ def test_results_over_all_load_cases_are_left_out_in_words(suffix, tmp_path):
     assert [case.share for case in model.load_cases] == [pytest.approx(0.5)]
 
 
+@pytest.mark.parametrize(("suffix", "type"), [(".rexs", r' type="[a-z_]*"'), (".rexsj", r'"type": "[a-z_]*",? ?')])
+def test_components_of_load_cases_may_leave_their_type_to_the_model(suffix, type, tmp_path):
+    """As REXSapi writes them: the speed of the load case is that of its shaft."""
+    data = two_stages()
+    data.load_case(**{f"_{data.ids['fast']}": {"rotational_speed": (600.0, "1 / min")}})
+    path = data.write(tmp_path / f"model{suffix}")
+    model, cases = re.split(r"(?=<load_case |\"load_cases\")", path.read_text(), maxsplit=1)
+    untyped = re.sub(type, "", cases)
+    assert untyped != cases
+    path.write_text(model + untyped)
+    assert exugear.read_rexs(path, **QUICK).load_cases[0].speed == pytest.approx(600 * rpm)
+
+
 def test_elements_that_rexs_has_not_are_told(tmp_path):
     path = two_stages().write(tmp_path / "model.rexs")
     path.write_text(path.read_text().replace("<components>", '<include href="/etc/hostname"/><components>'))
