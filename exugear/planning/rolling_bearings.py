@@ -136,8 +136,9 @@ def _range(shaft: Shaft, push: np.ndarray) -> Range:
         linear = np.linalg.solve(stiffness, arm * share * push[:5])
         displacement = static_displacement_or_inf(shaft, share * push, range(5))[:5] / arm
         size = np.abs(displacement).max()
-        differences.append(float(np.abs(linear - displacement).max() / size) if size else 0.0)
-    difference = max(differences) if np.isfinite(differences).all() else np.inf
+        apart = np.abs(linear - displacement).max() / size if 0.0 < size < np.inf else size
+        differences.append(float(apart))
+    difference = max(differences)
     if difference <= LINEAR:
         return Range(difference, f"linear to {difference:.1%} of the displacement up to {DYNAMIC:g} times that")
     words = f"not linear: the displacement is {differences[0]:.0%} off that by the stiffness at rest"

@@ -103,6 +103,7 @@ def test_the_plan_tells_whether_a_load_leaves_the_linear_range():
     for bearing, load, words in (
         (pair, 1.0, "linear to"),
         (pair, 4000.0, "not linear: the displacement is"),
+        (pair, 3e6, "not linear: the displacement is"),  # twice that is not carried
         (deep_groove(10 * um), 10.0, "do not hold the shaft at rest"),
     ):
         parts = {0.0: bearing, 60 * mm: bearing}
