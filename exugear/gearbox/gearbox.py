@@ -394,7 +394,8 @@ class Gearbox:
         for stage in self.stages:
             for shaft in stage.shafts:
                 namesake = next(listed for listed in self.shafts if listed.name == shaft.name)
-                require(namesake == shaft, f"two different shafts are named {shaft.name!r}; rename one")
+                of_set = " or, of the planets of two sets, give one Planetary a name=" if self.sets else ""
+                require(namesake == shaft, f"two different shafts are named {shaft.name!r}; rename one{of_set}")
 
     def _choose_ends(self) -> None:
         """Driving, driven and held shafts, by their names or by default; ValueError for shafts that do not exist."""
