@@ -391,11 +391,16 @@ class Gearbox:
         return stepped
 
     def _check_names(self) -> None:
+        carriers: dict[str, str] = {}
+        for of_set in self.sets:
+            for planet in of_set.planet_shafts:
+                carrier = carriers.setdefault(planet.name, of_set.carrier.name)
+                both = f"planets on the carriers {carrier!r} and {of_set.carrier.name!r} are named {planet.name!r}"
+                require(carrier == of_set.carrier.name, f"{both}; give one of the sets a name, Planetary(name=...)")
         for stage in self.stages:
             for shaft in stage.shafts:
                 namesake = next(listed for listed in self.shafts if listed.name == shaft.name)
-                of_set = " or, of the planets of two sets, give one Planetary a name=" if self.sets else ""
-                require(namesake == shaft, f"two different shafts are named {shaft.name!r}; rename one{of_set}")
+                require(namesake == shaft, f"two different shafts are named {shaft.name!r}; rename one")
 
     def _choose_ends(self) -> None:
         """Driving, driven and held shafts, by their names or by default; ValueError for shafts that do not exist."""

@@ -316,3 +316,15 @@ def test_a_thinner_planet_sheds_as_much_load_on_its_back_flanks(pin):
     )
     assert backward.values == pytest.approx(forward.values, rel=1e-4)
     assert float(backward[0]) < 0.33
+
+
+@pytest.mark.parametrize("changes", [{}, {"pin": PIN}])
+def test_sets_whose_planets_have_the_same_names_are_told_to_take_a_name(changes):
+    """Also planets that are alike, which were taken for shafts of both sets: the train seemed to jam."""
+    first = planetary(carrier=exugear.Shaft("carrier", {0.0: GEAR}))
+    ring, out = replace(first.ring, name="second ring"), replace(members()["carrier"], name="out")
+    second = {"sun": first.carrier, "ring": ring, "carrier": out} | changes
+    ends = {"held": ("ring", "second ring"), "driving": "sun", "driven": "out"}
+    with pytest.raises(ValueError, match=r"'carrier' and 'out' are named 'planet 1'; .*Planetary\(name=...\)"):
+        exugear.Gearbox([first, planetary(**second)], **ends)
+    assert exugear.Gearbox([first, planetary(**second, name="second")], **ends).ratios["out"] == pytest.approx(1 / 16)
