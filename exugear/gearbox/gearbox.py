@@ -391,6 +391,12 @@ class Gearbox:
         return stepped
 
     def _check_names(self) -> None:
+        carriers: dict[str, str] = {}
+        for of_set in self.sets:
+            for planet in of_set.planet_shafts:
+                carrier = carriers.setdefault(planet.name, of_set.carrier.name)
+                both = f"planets on the carriers {carrier!r} and {of_set.carrier.name!r} are named {planet.name!r}"
+                require(carrier == of_set.carrier.name, f"{both}; give one of the sets a name, Planetary(name=...)")
         for stage in self.stages:
             for shaft in stage.shafts:
                 namesake = next(listed for listed in self.shafts if listed.name == shaft.name)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from math import cos, degrees, pi, sin
+from math import cos, degrees, isfinite, pi, sin
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from exugear.gearbox.planetary_phases import (
 from exugear.gearbox.rolling_bearing import RollingBearing
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Placement, Shaft, parts_of
 from exugear.gearbox.stage import NEAR, Stage
-from exugear.mesh_force.force import MeshForce, damped
+from exugear.mesh_force.force import MeshForce, damped, widened
 from exugear.mesh_force.ring_pair import RingPair
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import names_teeth
@@ -84,7 +84,8 @@ class Planetary:
                   `exugear.Shaft` with the sun, with the ring (`ring_pair.wheel`), and of the carrier, which needs no
                   gear. Other stages and sets may share them: coupled sets, a stage behind the carrier
     planet        `fem.Gear`, or a `Shaft` that carries it at the sun's axial position, for another inertia and mass; or
-                  a list of one for each planet, whose teeth may differ in thickness. By default the gear of the maps.
+                  a list of one for each planet, whose teeth may differ in thickness, and by that the backlash from that
+                  of a map or of a force law for all planets. By default the gear of the maps.
                   Stepped planets are shafts with two gears: one at the sun's axial position, one at the ring's
     step_angle    of stepped planets: angle about z by which a tooth of the gear at the ring stands ahead of one of the
                   gear at the sun [rad], or a list of one for each planet
@@ -371,6 +372,19 @@ class Planetary:
         require(near, f"{beside} its gear, got {wanted / mm:g} mm")
         return nearest
 
+    def _thinner(self, mesh: Any, pair: Any, role: str) -> float:
+        """By how much the teeth of a planet, in a role of its pair, are thinner than in its map or force law [m].
+
+        Along the line of action. A force law of a list has the backlash of its planet, another one that of `sun_pair`
+        or `ring_pair`.
+        """
+        given, nominal = (self.sun_mesh, self.sun_pair) if role == "wheel" else (self.ring_mesh, self.ring_pair)
+        if isinstance(mesh, MeshForce) and isinstance(given, list | tuple):
+            return 0.0
+        nominal = nominal if isinstance(mesh, MeshForce) else pair_of(mesh)
+        gear, mapped = getattr(pair, role), getattr(nominal, role)
+        return float((mapped.thickness(mapped.r) - gear.thickness(gear.r)) * mapped.r_b / mapped.r)
+
     def _axial_at_ring(self, planet: Shaft) -> float:
         """Axial position of the gear of a planet that meshes with the ring [m]: beside that at the sun if stepped."""
         beside = [at for at, gear in planet.gears.items() if at != self._axial and gear.z == self.ring_pair.pinion.z]
@@ -412,7 +426,12 @@ class Planetary:
                 _with_gear_of(planet, self.ring_pair, "pinion", self._axial_at_ring(planet)) for planet in planets
             ],
         }
-        maps = MapsOfPlanets({"sun": sun_meshes, "ring": ring_meshes}, pairs, self.damping, self.damping_ratio)
+        thinner = {
+            "sun": [self._thinner(*each, "wheel") for each in zip(sun_meshes, pairs["sun"], strict=True)],
+            "ring": [self._thinner(*each, "pinion") for each in zip(ring_meshes, pairs["ring"], strict=True)],
+        }
+        meshes = {"sun": sun_meshes, "ring": ring_meshes}
+        maps = MapsOfPlanets(meshes, pairs, self.damping, self.damping_ratio, thinner)
         ends = [
             {"sun": (self.sun, planet, angle), "ring": (planet, self.ring, angle)}
             for planet, angle in zip(planets, self.angles, strict=True)
@@ -428,12 +447,16 @@ def without_flanks(gear) -> Any:
 
 
 class MapsOfPlanets(NamedTuple):
-    """Maps or force laws of the meshes of planets and their pairs by role, lists of one for each, and their damping."""
+    """Maps or force laws of the meshes of planets and their pairs by role, lists of one for each, and their damping.
+
+    thinner   by role, by how much the teeth of each planet are thinner than in its mesh [m], along the line of action
+    """
 
     meshes: dict[str, list[Any]]
     pairs: dict[str, list[Any]]
     damping: float | None
     damping_ratio: float | None
+    thinner: Mapping[str, list[float]] = {}
 
 
 def stages_of_planets(
@@ -444,27 +467,33 @@ def stages_of_planets(
     first: Mapping[str, Any] | None = None,
     of_sun: Mapping[str, Any] | None = None,
 ) -> list[Stage]:
-    """Stages on a carrier, planet by planet; meshes with the same map share its force law.
+    """Stages on a carrier, planet by planet; meshes with the same map share its force law, but for its backlash.
 
     ends     of each planet by role: fast shaft, slow shaft, and direction from one to the other [rad]
     first    further arguments of the first stage
     of_sun   further arguments of the stages of role "sun"
     """
     laws: dict[tuple[int, str], MeshForce] = {}
+    wider: dict[tuple[int, float], MeshForce] = {}
     stages: list[Stage] = []
     for number, by_role in enumerate(ends):
         for role, (fast, slow, angle) in by_role.items():
             mesh = given = maps.meshes[role][number]
-            options: dict[str, Any] = {"damping": maps.damping, "damping_ratio": maps.damping_ratio}
+            damping: dict[str, Any] = {"damping": maps.damping, "damping_ratio": maps.damping_ratio}
             if law := laws.get((id(given), role)):
-                mesh, options = law, {}
+                mesh, damping = law, {}
             elif isinstance(mesh, MeshForce) and maps.damping is not None:
-                mesh, options = damped(mesh, maps.damping), {}
+                mesh, damping = damped(mesh, maps.damping), {}
+            at = (angle + pi) % (2 * pi) - pi
+            options: dict[str, Any] = {"pair": maps.pairs[role][number], "angle": at, "carrier": carrier}
             options |= (first or {}) if not stages else {}
             options |= (of_sun or {}) if role == "sun" else {}
-            at = (angle + pi) % (2 * pi) - pi
-            stages.append(Stage(fast, slow, mesh, pair=maps.pairs[role][number], angle=at, carrier=carrier, **options))
-            laws.setdefault((id(given), role), stages[-1].force)
+            stage = Stage(fast, slow, mesh, **options, **damping)
+            law = laws.setdefault((id(given), role), stage.force)
+            if maps.thinner and (thinner := maps.thinner[role][number]) and isfinite(law.backlash):
+                mesh = wider.setdefault((id(law), thinner), widened(law, thinner))
+                stage = Stage(fast, slow, mesh, **options)
+            stages.append(stage)
     return stages
 
 

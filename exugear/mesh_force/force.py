@@ -497,12 +497,23 @@ class MeshForce:
 def damped(law: MeshForce, damping: float) -> MeshForce:
     """The law with another damping [N s/m], in whose table nothing else changes; ValueError for one out of range."""
     _check_scalars(damping, law.backlash, law.back_phase)
-    damped_law, table = copy(law), law.table
-    flanks = {"head": changed(table.head, damping=damping)}
+    return _with_scalar(law, damping=damping)
+
+
+def widened(law: MeshForce, by: float) -> MeshForce:
+    """The law with more backlash [m], in whose table nothing else changes; ValueError for one out of range."""
+    _check_scalars(law.damping, law.backlash + by, law.back_phase)
+    return _with_scalar(law, backlash=law.backlash + by)
+
+
+def _with_scalar(law: MeshForce, **scalar: float) -> MeshForce:
+    """The law with another damping or backlash."""
+    changed_law, table = copy(law), law.table
+    flanks = {"head": changed(table.head, **scalar)}
     if law.coast is not None:
-        flanks["coast"] = changed(table.coast, head=changed(table.coast.head, damping=damping))
-    set_fields(damped_law, damping=damping, table=changed(table, **flanks))
-    return damped_law
+        flanks["coast"] = changed(table.coast, head=changed(table.coast.head, **scalar))
+    set_fields(changed_law, **scalar, table=changed(table, **flanks))
+    return changed_law
 
 
 def composed_law(teeth: ToothPairs, **given) -> MeshForce:

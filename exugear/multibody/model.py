@@ -287,13 +287,15 @@ def linearized(system: BuiltSystem, held: Sequence[str], speed: float = 0.0) -> 
         if system.scene.shafts[shaft.name].on_bearings
         for bearing in shaft.bearings.values()
     ]
+    decay, damping_ratio = train.decay(imposed)
     plan = BuiltPlan(
         **vars(system.scene),
         omega=omega,
         omega_mesh=omega_mesh,
         contact=call_path(),
         mesh_resonances=dict(zip(box.labels, resonances, strict=True)),
-        decay=train.decay(imposed),
+        decay=decay,
+        damping_ratio=damping_ratio,
         largest_torques=dict(zip(box.labels, largest, strict=True)),
         supports=len(supports),
         rolling=sum(map(has_rolling_law, supports)),

@@ -42,6 +42,7 @@ class BuiltPlan(Plan):
     largest_torques   of these maps, on the pinions [N m], by stage
     supports, rolling numbers of bearings that shafts move on, and of rolling ones among them
     decay             rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 without damping
+    damping_ratio     least one of these modes
     """
 
     omega: Finite = field(kw_only=True)
@@ -49,6 +50,7 @@ class BuiltPlan(Plan):
     contact: str = field(kw_only=True)
     mesh_resonances: Mapping[str, tuple[float, float]] = field(kw_only=True)
     decay: Finite = field(kw_only=True)
+    damping_ratio: Finite = field(kw_only=True)
     largest_torques: Mapping[str, float] = field(kw_only=True)
     supports: int = field(kw_only=True)
     rolling: int = field(kw_only=True)

@@ -23,6 +23,8 @@ SEAM_TOLERANCE = 1e-6
 EXCITED = 1e-9
 #: Rate of decay over the angular frequency of a mode that is rounding.
 UNDAMPED = 1e-8
+#: Eigenvalue over the largest one that is the rounding of a rigid motion, as of a train that turns freely.
+RIGID = 1e-6
 #: Time of the linear decay times this: teeth that part are not damped.
 MARGIN = 1.5
 
@@ -96,8 +98,8 @@ class LinearTrain:
         """(n_stage, n) rows times the roots of coefficients (n_stage,)."""
         return np.sqrt(coefficients)[:, None] * self.rows
 
-    def decay(self, held: Sequence[int]) -> float:
-        """Rate of decay [1/s] of the slowest mode that the meshes excite; ignores the damping of nonlinear bearings."""
+    def decay(self, held: Sequence[int]) -> tuple[float, float]:
+        """`slowest_decay` of the modes that the meshes excite; ignores the damping of nonlinear bearings."""
         free, rows, damped_rows = self.free(held), self._stiff_rows(self.mean), self._stiff_rows(self.mesh_damping)
         part = np.ix_(free, free)
         stiffness, damping = self.stiffness + rows.T @ rows, self.damping + damped_rows.T @ damped_rows
@@ -118,8 +120,10 @@ class LinearTrain:
         return FreeSystem(self.mass[part], stiffness[part], damping[part], free)
 
 
-def slowest_decay(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, rows: np.ndarray) -> float:
-    """Rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 where one of them is not damped.
+def slowest_decay(
+    mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, rows: np.ndarray
+) -> tuple[float, float]:
+    """Least rate of decay [1/s] and least damping ratio of the modes that the meshes excite; 0 where one is undamped.
 
     mass, stiffness, damping   (n, n) with the meshes
     rows                       (n_stage, n) of the meshes, times the roots of their stiffnesses
@@ -128,8 +132,9 @@ def slowest_decay(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, 
     modes = vectors[: len(mass)]
     strain = np.einsum("im,ij,jm->m", modes.conj(), stiffness, modes).real
     excited = (np.abs(rows @ modes) ** 2).sum(axis=0) > EXCITED * np.maximum(strain, np.finfo(float).tiny)
-    slowest = float((-values.real / np.maximum(np.abs(values), 1.0))[excited].min(initial=1.0))
-    return float(-values.real[excited].max(initial=-np.inf)) if slowest > UNDAMPED else 0.0
+    excited &= np.abs(values) > RIGID * np.abs(values).max()
+    ratio = float((-values.real / np.maximum(np.abs(values), 1.0))[excited].min(initial=1.0))
+    return (float(-values.real[excited].max(initial=-np.inf)), ratio) if ratio > UNDAMPED else (0.0, 0.0)
 
 
 def settling_time(decay: float, share: float) -> float:

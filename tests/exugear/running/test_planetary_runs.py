@@ -1,6 +1,7 @@
 """Runs of planetary sets whose members spin: torques, energy, parts, shares of the planets, other members driving."""
 
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from math import cos, pi
 
 import numpy as np
@@ -299,3 +300,31 @@ def test_planets_in_sequence_take_the_mesh_frequency_out_of_a_set_on_maps_of_fin
         whole = later & (cycles < 0.5 + int(cycles[-1] - 0.5))
         ripples.append(abs(np.mean(sun_torque[whole] * np.exp(-2j * pi * cycles[whole]))))
     assert ripples[1] < 0.1 * ripples[0]
+
+
+@pytest.mark.parametrize("pin", [None, PIN])
+def test_a_thinner_planet_sheds_as_much_load_on_its_back_flanks(pin):
+    """Its meshes have more backlash than their law, by as much as its teeth are thinner; as statics over the faces."""
+    law = exugear.MeshForce([0.0, 0.5], [0, 1 * mm], np.full((2, 2), [0, 5e5]), damping=1500.0, backlash=100 * um)
+    planets = [replace(GEAR, s_n=GEAR.s_n - 20 * um), GEAR, GEAR]
+    model = exugear.build(planetary_box(law=law, pin=pin, planet=planets))
+    backlash = [float(mesh.stage.force.backlash) for mesh in model.meshes]
+    assert backlash == pytest.approx(np.add(100 * um, np.repeat([20 * um * cos(20 * deg), 0, 0], 2)), rel=1e-9)
+    options = {"speed": 1.0, "duration": 1e-4, "progress": False, "checks": 0}
+    forward, backward = (
+        exugear.planet_shares(exugear.run_up(model, load=load, **options))["mean_share"] for load in (4000.0, -4000.0)
+    )
+    assert backward.values == pytest.approx(forward.values, rel=1e-4)
+    assert float(backward[0]) < 0.33
+
+
+@pytest.mark.parametrize("changes", [{}, {"pin": PIN}])
+def test_sets_whose_planets_have_the_same_names_are_told_to_take_a_name(changes):
+    """Also planets that are alike, which were taken for shafts of both sets: the train seemed to jam."""
+    first = planetary(carrier=exugear.Shaft("carrier", {0.0: GEAR}))
+    ring, out = replace(first.ring, name="second ring"), replace(members()["carrier"], name="out")
+    second = {"sun": first.carrier, "ring": ring, "carrier": out} | changes
+    ends = {"held": ("ring", "second ring"), "driving": "sun", "driven": "out"}
+    with pytest.raises(ValueError, match=r"'carrier' and 'out' are named 'planet 1'; .*Planetary\(name=...\)"):
+        exugear.Gearbox([first, planetary(**second)], **ends)
+    assert exugear.Gearbox([first, planetary(**second, name="second")], **ends).ratios["out"] == pytest.approx(1 / 16)
