@@ -32,8 +32,8 @@ SEGMENTS, LONGEST_SEGMENT = 100, 3000
 #: renews the matrix of Newton's iteration, from which the directions of pins and meshes turn away: iterations a step
 #: are 2.0 at a turn of 0.1, 2.2 at 0.3, 2.6 at 1 and 3.2 in the end; renewing takes as long as 40 steps (measured).
 CARRIER_TURN, LEAST_STEPS = 0.3, 400
-#: Turn of such a carrier in a segment [rad] up to which the first step of the next one, whose forces follow from the
-#: matrix before, may end within Newton's tolerance of other runs, and would let planets vibrate by that.
+#: Turn of a carrier of planets on pins in a segment [rad] up to which the first iteration of the next segment, whose
+#: forces follow from the matrix of this segment, may end within the usual tolerance, and let planets vibrate by that.
 LITTLE_TURN = 0.01
 #: Shift of the ends of segments at constant speed, as share of a segment and by multiples of the golden ratio: they
 #: then lie at all phases of the mesh cycle.
