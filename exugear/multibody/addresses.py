@@ -38,6 +38,12 @@ def reader(kind: np.dtype) -> Any:
     return value_at(from_dtype(kind))
 
 
+def _double_at(context, builder, address):
+    """The function (i) -> value of the float number i behind an address, for the code of an intrinsic."""
+    first = builder.inttoptr(address, context.get_value_type(types.CPointer(types.float64)))
+    return lambda i: builder.load(builder.gep(first, [ir.IntType(32)(i)]))
+
+
 def _put_all(typing_context, address, values):
     """The function for kernels: (address, floats) -> None; it writes the floats of a tuple one after the other.
 
@@ -54,3 +60,48 @@ def _put_all(typing_context, address, values):
 
 
 put_all: Any = intrinsic(_put_all)
+
+
+def _moved(typing_context, x, address, displacement, rate):
+    """The function for kernels: (x, address, displacement, rate) -> coordinates and velocities x (2 n) moved ahead.
+
+    Coordinates by displacement times the n floats at the address, velocities by rate times these.
+    """
+    half = len(x) // 2
+
+    def code(context, builder, signature, arguments):
+        values, address, *factors = arguments
+        float_at = _double_at(context, builder, address)
+        entries = [float_at(i) for i in range(half)]
+        moved = [
+            builder.fadd(builder.extract_value(values, i), builder.fmul(factors[i >= half], entries[i % half]))
+            for i in range(2 * half)
+        ]
+        return context.make_tuple(builder, signature.return_type, moved)
+
+    return types.UniTuple(types.float64, len(x))(x, types.int64, types.float64, types.float64), code
+
+
+moved: Any = intrinsic(_moved)
+
+
+def _plus_product(typing_context, x, matrix, vector):
+    """The function for kernels: (x, matrix, vector) -> x (n) plus a matrix (n, n), by columns, times a vector (n).
+
+    matrix, vector   addresses
+    """
+    n = len(x)
+
+    def code(context, builder, signature, arguments):
+        values, matrix, vector = arguments
+        entry_at, factor_at = _double_at(context, builder, matrix), _double_at(context, builder, vector)
+        total = [builder.extract_value(values, i) for i in range(n)]
+        for j in range(n):
+            factor = factor_at(j)
+            total = [builder.fadd(total[i], builder.fmul(entry_at(n * j + i), factor)) for i in range(n)]
+        return context.make_tuple(builder, signature.return_type, total)
+
+    return types.UniTuple(types.float64, n)(x, types.int64, types.int64), code
+
+
+plus_product: Any = intrinsic(_plus_product)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from exugear.gearbox.mesh_damping import mean_stiffness
+from exugear.multibody.addresses import floats_of
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.integrator_steps import STEPS
@@ -175,12 +176,6 @@ def _lag_corrected(model: Model, meshes: Sequence[Mesh], rule: Rule) -> Iterator
             state.steps.duration = 0.0
 
 
-def last_steps(states: Sequence[np.record]) -> list[np.record]:
-    """What contacts in these states remember of the step before, by which they predict the next one."""
-    return [state["steps"].copy() for state in states]
-
-
-def set_last_steps(model: Model, steps: list[np.record]) -> None:
-    """Let the contacts remember a step that `last_steps` has returned."""
-    for mesh, step in zip(model.meshes, steps, strict=True):
-        state_of(model.bare_mbs, mesh.contact)["steps"] = step
+def steps_of_contacts(model: Model) -> list[np.ndarray]:
+    """What the contacts remember of the step before, by which they predict the next one: the memory of `STEPS`."""
+    return [floats_of(state_of(model.bare_mbs, mesh.contact)["steps"]) for mesh in model.meshes]

@@ -106,7 +106,10 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
     settings.staticSolver.loadStepStart = conditions.start_time
     settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
-    cause = jammed(model, _thrown_outwards(model, q, torques)) or _loose(model, q) or NO_EQUILIBRIUM
+
+    def cause() -> str:
+        return jammed(model, _thrown_outwards(model, q, torques)) or _loose(model, q) or NO_EQUILIBRIUM
+
     at_start = explained(model, cause, lambda t: conditions.initial_speed, NoEquilibrium)
     with applied_torques(model, torques), at_start:
         system.SetODE2Coordinates(q, INITIAL)

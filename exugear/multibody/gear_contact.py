@@ -181,6 +181,8 @@ def add_contact(
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, **functions)
     item.visualization["show"] = False
     number = mbs.AddObject(item)
+    if ends is not None:
+        ends.item = number
     contact = StoredContact(kernel, records, kinds, recorder, mbs.GetObject(number)[FUNCTION], pair, ring)
     mbs.variables[CONTACTS] = [*contacts.values(), contact]
     return number
@@ -205,16 +207,22 @@ def user_functions(
         except ValueError as error:
             raise stopped(table, frame, error) from None
 
-    def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+    def share_of(t, q, q_t, factors):
         try:
-            matrix = copy.spring_matrix(t, q, q_t, (factor, factor_t))
+            return copy.spring_matrix(t, q, q_t, factors)
         except ValueError as error:
             raise stopped(table, frame, error) from None
+
+    def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         if ends is not None:
-            ends.note(matrix)
-        elif state["steps"]["duration"]:
+            return ends.asked(t, q, q_t, (factor, factor_t))
+        matrix = share_of(t, q, q_t, (factor, factor_t))
+        if state["steps"]["duration"]:
             note_matrix(state, frame, matrix, sizes)
         return matrix
+
+    if ends is not None:
+        ends.share_of = share_of
 
     function = direct(errors_kept(mbs, gear_contact), kernel, all_records, sum(sizes), pointed_to=beside)
     return {FUNCTION: function, "jacobianUserFunction": errors_kept(mbs, gear_jacobian)}
@@ -232,6 +240,7 @@ class ContactCopy:
         table, frame, self.state, friction = records
         self.kernel, self.kinds = kernel, kinds
         self.recorder, self.copied = Recorder(), np.zeros(1, self.state.dtype)
+        self.bytes_of_state, self.bytes_of_copy = np.frombuffer(self.state, np.uint8), self.copied.view(np.uint8)
         self.recorder.start(NO_SAMPLE_INTERVAL, 1, power=True)
         self.records = table, frame, self.copied[0], friction
         self.forces = partial(kernel, *map(address_of, (*self.records, self.recorder.header)))
@@ -239,7 +248,7 @@ class ContactCopy:
 
     def update(self) -> None:
         """Copy the present state of the contact."""
-        self.copied.view(np.uint8)[:] = np.frombuffer(self.state, np.uint8)
+        self.bytes_of_copy[:] = self.bytes_of_state
         self.copied["steps"]["duration"], self.copied["ends"] = 0.0, 0
 
     @cached_property

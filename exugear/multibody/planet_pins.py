@@ -84,7 +84,7 @@ def names_of_samples(components: int) -> tuple[str, ...]:
 class PinRecorder(BodyRecorder):
     """Samples of a pin, and the motions of planet and carrier in them."""
 
-    @property
+    @cached_property
     def components(self) -> int:
         """Of the motion: 2 in the plane, 5 in space."""
         return sum(name in DEFLECTION for name in self.names)
@@ -333,14 +333,23 @@ def pin_matrices(pin: Pin, q: Sequence[float], n: int, angle: float) -> tuple[np
     First order in tilts, without the change of the direction in which the force of the pin acts. A turn of the carrier
     with which the planet orbits strains nothing. Rolling bearings have their tangent.
     """
-    if pin.law is None:
-        matrices = pin.linear_matrices
-    else:
-        tangent = pin_tangent(pin, q, n, angle)
-        matrices = tangent, pin.bearing.damping_time * tangent
     slopes = _slopes(pin, q, n)
-    stiffness, damping = (_between(pin, slopes, matrix) for matrix in matrices)
+    stiffness, damping = (_between(pin, slopes, matrix) for matrix in _matrices_of_motion(pin, q, n, angle))
     return stiffness, damping
+
+
+def newton_matrix(pin: Pin, q: Sequence[float], n: int, angle: float, factors: tuple[float, float]) -> np.ndarray:
+    """(n + m, n + m) sum of the `pin_matrices` times these factors, for the matrix of Newton's iteration."""
+    stiffness, damping = _matrices_of_motion(pin, q, n, angle)
+    return _between(pin, _slopes(pin, q, n), factors[0] * stiffness + factors[1] * damping)
+
+
+def _matrices_of_motion(pin: Pin, q: Sequence[float], n: int, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """(5, 5) stiffness and damping over the motion of the planet against its pin; arguments as of `pin_matrices`."""
+    if pin.law is None:
+        return pin.linear_matrices
+    tangent = pin_tangent(pin, q, n, angle)
+    return tangent, pin.bearing.damping_time * tangent
 
 
 def steepest_matrix(pin: Pin, q: Sequence[float], n: int) -> np.ndarray:
@@ -420,24 +429,25 @@ def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
     """Add a pin between the nodes of its carrier and of its planet; returns the number of the object."""
     n, m = (len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
     kernel, addresses = pin_kernel(n, m), (address_of(pin.record), address_of(pin.recorder.header))
-    ends = StepEnds(n + m)
-    pin.record.ends = ends.address
-    keep_step_ends(mbs, [ends])
 
     def planet_pin(mbs, t, item, q, q_t):
         return kernel(*addresses, t, *q, *q_t)
 
-    def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+    def share_of(t, q, q_t, factors):
         imposed, angle = int(pin.record["imposed"]), q[n - 1]
         if imposed and pin.law is not None:
             angle = spin_of(imposed, t, angle, 0.0).angle
-        stiffness, damping = pin_matrices(pin, q, n, angle)
-        matrix = factor * stiffness + factor_t * damping
+        matrix = newton_matrix(pin, q, n, angle, factors)
         if imposed:
             matrix[n - 1], matrix[:, n - 1] = 0.0, 0.0
-        ends.note(matrix)
         return matrix
 
+    def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        return ends.asked(t, q, q_t, (factor, factor_t))
+
+    ends = StepEnds(n + m, share_of)
+    pin.record.ends = ends.address
+    keep_step_ends(mbs, [ends])
     function = direct(planet_pin, kernel, (pin.record, pin.recorder.header), n + m, pointed_to=(pin.recorder, ends))
     item: Any = eii.ObjectGenericODE2(
         name=f"{pin.planet.name} pin",
@@ -446,4 +456,5 @@ def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
         jacobianUserFunction=pin_jacobian,
     )
     item.visualization["show"] = False
-    return mbs.AddObject(item)
+    ends.item = mbs.AddObject(item)
+    return ends.item

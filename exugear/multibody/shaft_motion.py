@@ -32,6 +32,11 @@ from fem.support.blas_threads import one_thread
 from fem.support.user_warning import warn_user
 from fem.units import mm
 
+ALL = slice(None)
+#: Samples whose bearing forces are computed at once: memory that is used again costs less than new memory, which took a
+#: tenth of the time of a run on elastic shafts.
+PART = 1 << 14
+
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
     """Whether meshes must record spins and speeds, which drags, torque supports, rolling cages and free trains need."""
@@ -119,8 +124,10 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
     return {f"{kind}_speed": ((kind, "time"), np.array(list(speeds.values())), about), kind: (kind, list(speeds))}
 
 
-def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
+def motions_on_bearings(model: Model, part: slice = ALL) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
     """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates.
+
+    part   of the samples
 
     Of planets those against their pins, along and across the pin's radius and along the pin. Of elastic shafts
     (n, 5 + elastic) the motion of the rigid shaft and the elastic coordinates.
@@ -138,10 +145,10 @@ def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.n
             if kinds[shaft.name].on_bearings and shaft.name not in motions and first:
                 motions[shaft.name] = mesh.recorder.motion(side)
     for shaft in [shaft for shaft in model.gearbox.shafts if shaft.name in motions]:
-        moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
+        moving, (q, q_t) = slice(kinds[shaft.name].spin_index), (x[part] for x in motions[shaft.name])
         by_name[shaft.name] = shaft, q[:, moving], q_t[:, moving]
         if built := model.elastics.get(shaft.name):
-            elastic, (amplitudes, rates) = built.elastic, built.motion(number)
+            elastic, (amplitudes, rates) = built.elastic, (x[part] for x in built.motion(number))
             q, q_t = (elastic.decoupled(x, y[:, : elastic.elastic]) for x, y in ((q, amplitudes), (q_t, rates)))
             by_name[shaft.name] = shaft, q, q_t
     return by_name
@@ -165,13 +172,13 @@ class InBearings:
 Motions = Mapping[str, tuple[Shaft, np.ndarray, np.ndarray]]
 
 
-def motion_in_bearings(model: Model, on_bearings: Motions) -> dict[str, InBearings]:
-    """Shafts on bearings by name, with their recorded motion against the seats.
+def motion_in_bearings(model: Model, on_bearings: Motions, part: slice = ALL) -> dict[str, InBearings]:
+    """Shafts on bearings by name, with their recorded motion against the seats in a part of the samples.
 
-    on_bearings   their motions, `motions_on_bearings`
+    on_bearings   their motions in it, `motions_on_bearings`
     """
     of_housing = model.seats.motion(model.meshes[0].recorder.deflection.size) if model.seats else None
-    return against_seats(model, on_bearings, of_housing)
+    return against_seats(model, on_bearings, of_housing and tuple(x[part] for x in of_housing))
 
 
 def against_seats(
@@ -239,41 +246,43 @@ class BearingForces:
     computed: int = 0
 
     @cached_property
+    def shafts(self) -> list[Shaft]:
+        """Those on bearings."""
+        return [shaft for shaft in self.model.gearbox.shafts if self.model.plan.shafts[shaft.name].on_bearings]
+
+    @cached_property
     def values(self) -> np.ndarray:
         """(n_bearing, 3, samples) [N], or 5 with moments [N m]; 0 until computed."""
-        kinds = self.model.plan.shafts
-        counts = [len(shaft.bearings) for shaft in self.model.gearbox.shafts if kinds[shaft.name].on_bearings]
-        return np.zeros((sum(counts), 5 if self.moments else 3, self.samples))
-
-    def extend(self, number: int) -> None:
-        """Compute the forces up to a number of samples."""
-        on_bearings = motions_on_bearings(self.model)
-        self._extend(number, on_bearings, motion_in_bearings(self.model, on_bearings))
+        number = sum(len(shaft.bearings) for shaft in self.shafts)
+        return np.zeros((number, 5 if self.moments else 3, self.samples))
 
     @one_thread()
-    def _extend(self, number: int, on_bearings: Motions, in_bearings: Mapping[str, InBearings]) -> None:
-        """`extend` by the recorded motions on the bearings and against the seats."""
-        new, last = slice(self.computed, number), 0
-        for moved in in_bearings.values():
+    def extend(self, number: int) -> None:
+        """Compute the forces up to a number of samples."""
+        spins = {shaft.name: spin_of_cages(self.model, shaft) for shaft in self.shafts}
+        for first in range(self.computed, number, PART):
+            self._compute(slice(first, min(first + PART, number)), spins)
+        self.computed = max(self.computed, number)
+
+    def _compute(self, part: slice, spins: Mapping[str, Mapping[float, np.ndarray]]) -> None:
+        """Compute the forces in a part of the samples; spins: of rolling cages by shaft and axial position."""
+        on_bearings, last = motions_on_bearings(self.model, part), 0
+        for name, moved in motion_in_bearings(self.model, on_bearings, part).items():
             first, last = last, last + len(moved.shaft.bearings)
-            spins = {axial: spin[new] for axial, spin in spin_of_cages(self.model, moved.shaft).items()}
-            motion = moved.q[new], moved.q_t[new]
-            bearing_forces(moved.shaft, *motion, self.values[first:last, :, new], moved.measured, spins)
-        motions = {x: (shaft, q[new], q_t[new]) for x, (shaft, q, q_t) in on_bearings.items()}
-        replace_forces_on_seats(self.model, motions, self.values[:, :, new])
-        self.computed = number
+            of_cages = {axial: spin[part] for axial, spin in spins[name].items()}
+            bearing_forces(moved.shaft, moved.q, moved.q_t, self.values[first:last, :, part], moved.measured, of_cages)
+        replace_forces_on_seats(self.model, on_bearings, self.values[:, :, part])
 
     def variables(self, number: int, displacement: bool) -> dict[str, Any]:
         """The forces over a number of samples; empty where no shaft is on bearings.
 
         displacement   whether the displacements of the shafts at their bearings are computed too
         """
-        on_bearings = motions_on_bearings(self.model)
-        if not on_bearings:
+        if not self.shafts:
             return {}
-        motions = motion_in_bearings(self.model, on_bearings)
-        self._extend(number, on_bearings, motions)
-        labels = [f"{name} at {axial / mm:g} mm" for name, moved in motions.items() for axial in moved.shaft.bearings]
+        self.extend(number)
+        motions = self._motions if displacement or self._rolling else {}
+        labels = [f"{shaft.name} at {axial / mm:g} mm" for shaft in self.shafts for axial in shaft.bearings]
         over, about = ("bearing", "direction", "time"), {"units": "N", "long_name": "force of the bearing on its shaft"}
         data: dict[str, Any] = {"bearing_force": (over, self.values[:, :3, :number], about)}
         if self.moments:
@@ -290,6 +299,16 @@ class BearingForces:
             data |= self._tilts(motions)
         data |= self._parted(motions, labels, number)
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
+
+    @property
+    def _rolling(self) -> bool:
+        """Whether there are rolling bearings."""
+        return any(isinstance(x, RollingBearing) for shaft in self.shafts for x in shaft.bearings.values())
+
+    @property
+    def _motions(self) -> dict[str, InBearings]:
+        """Shafts with their recorded motion against the seats."""
+        return motion_in_bearings(self.model, motions_on_bearings(self.model))
 
     def _parted(self, motions: dict[str, InBearings], labels: list[str], number: int):
         """Share of the samples in which bearings have lost their axial force, with a warning; empty where none has."""
@@ -312,8 +331,7 @@ class BearingForces:
 
     def _tilts(self, motions: dict[str, InBearings]) -> dict[str, Any]:
         """Tilts of the shafts at all bearings, which loads on rolling elements need; empty without such bearings."""
-        bearings = [bearing for moved in motions.values() for bearing in moved.shaft.bearings.values()]
-        if not any(isinstance(bearing, RollingBearing) for bearing in bearings):
+        if not self._rolling:
             return {}
         tilts = [bearing_tilts(moved.shaft, moved.q, moved.measured) for moved in motions.values()]
         about = {"units": "rad", "long_name": "tilt of the shaft in the bearing"}

@@ -1,7 +1,7 @@
 """What a failed solve says: time, speed, cause and remedy; that a load leaves no static equilibrium."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from exugear.multibody.model import Model
@@ -16,6 +16,8 @@ NO_EQUILIBRIUM = (
     "a smaller one or stiffer bearings where these yield far"
 )
 STIFFNESS_UNIT_HINT = "(in N/m: 200 N/um are 200e6)"
+#: What is said of a solve that did not converge.
+FAILED = "Newton's iteration failed"
 #: How Exudyn names the kind of a user function that failed.
 USER_FUNCTION = r"USER FUNCTION '([^']*)'"
 
@@ -28,7 +30,9 @@ class NoEquilibrium(ValueError, RuntimeError):
 
 
 @contextmanager
-def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = RuntimeError) -> Iterator[None]:
+def explained(
+    model: Model, remedy: Callable[[], str], speed_of, kind: type[RuntimeError] = RuntimeError
+) -> Iterator[None]:
     """Turn the exceptions of a solve into a kind of RuntimeError with time, speed and remedy; Ctrl-C passes."""
     try:
         with user_errors_raised(model.bare_mbs):
@@ -40,7 +44,7 @@ def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = Ru
             raise  # a mistake in the code, of which Newton's iteration knows nothing
         t = model.bare_mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        raise kind(f"{where}: {_reason(error, remedy)}{damping_remark(model, t)}") from None
+        raise kind(f"{where}: {_reason(error, remedy())}{damping_remark(model, t)}") from None
 
 
 def _reason(error: Exception, remedy: str) -> str:
@@ -53,7 +57,7 @@ def _reason(error: Exception, remedy: str) -> str:
         named = re.search(USER_FUNCTION, str(error))
         cause = f"{type(error.__cause__).__name__}: {error.__cause__}"
         return f"user function {named.group(1) if named else ''} failed, {cause}"
-    return f"Newton's iteration failed; {remedy}"
+    return f"{FAILED}; {remedy}"
 
 
 def damping_remark(model: Model, t: float) -> str:

@@ -21,19 +21,21 @@ motion at w: it helps for w h < pi / 3, above which runs have little; higher dif
 Where teeth come into contact the force of a mesh differs from the one expected so, and accelerates its bodies further.
 The mesh adds that to a*, and forces that are evaluated after it in this step add it to theirs (`expect_change`).
 
-Iterations a step of planetary sets on the maps of finite elements at a mesh frequency of 560 Hz are 1.20 with a held
-carrier, 1.25 where the sun drives and 1.49 where the carrier drives, in the plane and in space; without such changes
-1.91, 1.98 and 2.05, and those of steady orbits 1.00. Of shafts on rolling bearings they fall at a resonance from 1.87
+Iterations a step of planetary sets on the maps of finite elements at a mesh frequency of 560 Hz are 1.06 with a held
+carrier, 1.03 where the sun drives and 1.16 where the carrier drives, in the plane and in space; without such changes
+2.0, and those of steady orbits 1.00. Of shafts on rolling bearings they fall at a resonance from 1.87
 to 1.81 (9 balls) and from 2.20 to 2.13 (14 rollers), over linear extrapolation.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
+import exudyn as exu
 import numpy as np
 from numba import carray, types
 
 from exugear.mesh_force.kernel_records import doubles_at, pointer_to, record_type
-from exugear.multibody.addresses import address_of, as_tuple, put_all, reader
+from exugear.multibody.addresses import address_of, moved, plus_product, put_all, reader
 from exugear.planning.integrator_and_step import GAMMA, Rule
 from fem.support.numba_cache import compiled
 
@@ -43,17 +45,19 @@ SAME_STEP = 0.01
 #: acceleration at the end of a step [s^2, s]; time of the last call [s]; predicts: 1 in the first call of a step;
 #: known: 1 once accelerations are. Addresses of coordinates and velocities (2 n) of the last call and of this one; of
 #: accelerations (3, n): those expected, those of the last step and of the step before it; of the share J (n, n) in the
-#: matrix of Newton's iteration; of room for forces (n). Of a mesh: addresses of accelerations by unit forces on the
+#: matrix of Newton's iteration, by columns. Of a mesh: addresses of accelerations by unit forces on the
 #: coordinates (n) [1/kg, 1/(kg m^2)], 0 where they are imposed, of the numbers of the coordinates in the system (n),
 #: and of `changes_in_step`, which the meshes of a system share; 0 without.
 STEP_ENDS = record_type(
     *((name, "f8") for name in ("duration", "by_acceleration", "rate_by_acceleration", "last_time")),
     *((name, "f8") for name in ("predicts", "known")),
-    *((name, "i8") for name in ("last", "state", "accelerations", "matrix", "forces")),
+    *((name, "i8") for name in ("last", "state", "accelerations", "matrix")),
     *((name, "i8") for name in ("mobilities", "numbers", "changes")),
 )
 step_ends_at = reader(STEP_ENDS)
 numbers_at = pointer_to(types.int64)
+#: Function (t, q, q_t, factors of the derivatives by coordinates and by velocities) -> share J (n, n).
+ShareOf = Callable[[float, Any, Any, tuple[float, float]], np.ndarray]
 #: Key under which a system keeps the `StepEnds` of its forces.
 KEY = "step ends"
 
@@ -61,24 +65,29 @@ KEY = "step ends"
 class StepEnds:
     """What a force on n coordinates needs to be evaluated at the expected ends of steps.
 
-    record   `STEP_ENDS`, whose address kernels read
-    matrix   (n, n) share J of the force in the matrix of Newton's iteration
-    shared   what a mesh shares with others (`share`)
+    share_of   function (t, q, q_t, factors) -> share J (n, n) of a force that turns with a carrier
+    item       number of its object, None of a force that does not turn
+    record     `STEP_ENDS`, whose address kernels read
+    matrix     (n, n) share J of the force in the matrix of Newton's iteration, transposed
+    shared     what a mesh shares with others (`share`)
+    renewed    whether `renew` has computed the share that the iteration will ask for
     """
 
-    def __init__(self, n: int):
+    def __init__(self, n: int, share_of: ShareOf | None = None):
+        self.share_of, self.renewed = share_of, False
+        self.item: exu.ObjectIndex | None = None
         self.shared: tuple[np.ndarray, ...] = ()
         self.record, self.matrix = np.zeros(1, STEP_ENDS)[0], np.zeros((n, n))
-        self.last, self.state, self.forces = np.zeros(2 * n), np.zeros(2 * n), np.zeros(n)
+        self.last, self.state = np.zeros(2 * n), np.zeros(2 * n)
         self.accelerations = np.zeros((3, n))
-        for name in ("last", "state", "accelerations", "matrix", "forces"):
+        for name in ("last", "state", "accelerations", "matrix"):
             self.record[name] = getattr(self, name).ctypes.data
         self.address = address_of(self.record)
 
     def follow(self, rule: Rule | None) -> None:
         """Predict the steps of a rule from the next call on; None: no further step. Earlier steps are forgotten."""
         self.record.duration, self.record.last_time, self.record.predicts = 0.0, np.nan, 0.0
-        self.record.known, self.matrix[:] = 0.0, 0.0
+        self.record.known, self.matrix[:], self.renewed = 0.0, 0.0, False
         self.record.mobilities = self.record.numbers = self.record.changes = 0
         if rule is not None:
             h = rule.step
@@ -94,7 +103,27 @@ class StepEnds:
     def note(self, matrix: np.ndarray) -> None:
         """Note the share J (n, n) of the force in the matrix of Newton's iteration."""
         if self.record["duration"]:
-            self.matrix[:] = matrix
+            self.matrix[:] = matrix.T
+
+    def renew(self, t: float, q: list[float], q_t: list[float]) -> None:
+        """Let the iteration begin anew, at coordinates and velocities (n,), with the share that its matrix will have.
+
+        Exudyn evaluates the forces of the first step before it asks for the matrix: with the share in the matrix
+        before, from which the force has turned away, they would leave 5e-6 of the torques unbalanced.
+        """
+        if self.record["duration"]:
+            factors = float(self.record.by_acceleration), float(self.record.rate_by_acceleration)
+            self.note(self.share_of(t, q, q_t, factors))
+            self.renewed = True
+
+    def asked(self, t: float, q, q_t, factors: tuple[float, float]) -> np.ndarray:
+        """(n, n) share for the iteration, which asks at coordinates and velocities (n,)."""
+        if self.renewed:
+            self.renewed = False
+            return self.matrix.T.copy()
+        matrix = self.share_of(t, q, q_t, factors)
+        self.note(matrix)
+        return matrix
 
 
 def changes_in_step(number: int) -> np.ndarray:
@@ -137,9 +166,9 @@ def expect_step_end(address, t, x):
     ends.last_time, ends.predicts = t, 1.0
     put_all(ends.state, x)
     last, state = carray(doubles_at(ends.last), 2 * n), carray(doubles_at(ends.state), 2 * n)
-    a = carray(doubles_at(ends.accelerations), (3, n))
+    a, per_step = carray(doubles_at(ends.accelerations), (3, n)), 2.0 / h
     for i in range(n):
-        now = 2.0 * (state[n + i] - last[n + i]) / h
+        now = per_step * (state[n + i] - last[n + i])
         if ends.known == 0.0:
             a[1, i] = a[2, i] = now
         elif ends.known == 1.0:
@@ -183,14 +212,10 @@ def at_step_end(address, t, x):
     if address == 0:
         return x
     expect_step_end(address, t, x)
-    ends, n = step_ends_at(address), len(x) // 2
+    ends = step_ends_at(address)
     if ends.predicts == 0.0:
         return x
-    state, a = carray(doubles_at(ends.state), 2 * n), doubles_at(ends.accelerations)
-    for i in range(n):
-        state[i] += ends.by_acceleration * a[i]
-        state[n + i] += ends.rate_by_acceleration * a[i]
-    return as_tuple(state, len(x))
+    return moved(x, ends.accelerations, ends.by_acceleration, ends.rate_by_acceleration)
 
 
 @compiled
@@ -198,13 +223,7 @@ def for_newton(address, forces):
     """Forces (n) at the expected end of a step plus J a*; in other calls as they are."""
     if address == 0:
         return forces
-    ends, n = step_ends_at(address), len(forces)
+    ends = step_ends_at(address)
     if ends.predicts == 0.0:
         return forces
-    put_all(ends.forces, forces)
-    total, matrix = carray(doubles_at(ends.forces), n), carray(doubles_at(ends.matrix), (n, n))
-    expected = doubles_at(ends.accelerations)
-    for i in range(n):
-        for j in range(n):
-            total[i] += matrix[i, j] * expected[j]
-    return as_tuple(total, len(forces))
+    return plus_product(forces, ends.matrix, ends.accelerations)

@@ -11,14 +11,15 @@ import exudyn as exu
 import numpy as np
 
 from exugear.multibody.carrier_turns import rigid_motion
-from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
+from exugear.multibody.contact_steps import lag_corrected, steps_of_contacts
 from exugear.multibody.drive_and_load import is_known_function_of_time
+from exugear.multibody.equilibrium import jammed
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, SystemState, set_state_of_system, state_of_system
-from exugear.multibody.gear_contact import state_of
 from exugear.multibody.model import Model, end_coordinate
 from exugear.multibody.shaft_motion import recorded
-from exugear.multibody.solve_errors import explained
-from exugear.multibody.solver_settings import CLOSE, Scheme
+from exugear.multibody.solve_errors import FAILED, explained
+from exugear.multibody.solver_settings import CLOSE, LOOSER_ON_PINS, Scheme
+from exugear.multibody.step_ends import StepEnds, step_ends_of
 from exugear.operation.conditions import Conditions
 from exugear.operation.piecewise_cubics import GOLDEN
 from exugear.operation.stop_conditions import End, first_end
@@ -30,7 +31,7 @@ from fem.support.progress import moving
 SEGMENTS, LONGEST_SEGMENT = 100, 3000
 #: Turn of a carrier of planets on elastic pins in a segment [rad], but for the least number of steps. Each segment
 #: renews the matrix of Newton's iteration, from which the directions of pins and meshes turn away: iterations a step
-#: are 2.0 at a turn of 0.1, 2.2 at 0.3, 2.6 at 1 and 3.2 in the end; renewing takes as long as 40 steps (measured).
+#: are 1.05 at a turn of 0.1, 1.16 at 0.3 and 1.35 from 0.6 on; renewing takes as long as 35 steps (measured).
 CARRIER_TURN, LEAST_STEPS = 0.3, 400
 #: Turn of a carrier of planets on pins in a segment [rad] up to which the first iteration of the next segment, whose
 #: forces follow from the matrix of this segment, may end within the usual tolerance, and let planets vibrate by that.
@@ -45,7 +46,7 @@ class RunState(NamedTuple):
     """State of a run between two steps: that of the system, and what each contact remembers of the last step."""
 
     system: SystemState
-    contacts: list[np.record]
+    contacts: list[np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,8 @@ class Solver:
         """
         with self.explained(self.scheme.rule), self._advancing(bounds[0]) as advance:
             if state and bounds[0]:
-                set_last_steps(self.model, state.contacts)
+                for steps, of_state in zip(self._steps_of_contacts, state.contacts, strict=True):
+                    steps[:] = of_state
             for first, last in pairwise(bounds):
                 segment = Segment(first, last, self.state(self._present(first)))
                 advance(segment)
@@ -107,11 +109,12 @@ class Solver:
 
     def state(self, configuration=INITIAL) -> RunState:
         """State of the system in a configuration, and what its contacts remember of the last step."""
-        return RunState(state_of_system(self.model.bare_mbs, configuration), last_steps(self._contact_states))
+        contacts = [steps.copy() for steps in self._steps_of_contacts]
+        return RunState(state_of_system(self.model.bare_mbs, configuration), contacts)
 
     @cached_property
-    def _contact_states(self) -> list[np.record]:
-        return [state_of(self.model.bare_mbs, mesh.contact) for mesh in self.model.meshes]
+    def _steps_of_contacts(self) -> list[np.ndarray]:
+        return steps_of_contacts(self.model)
 
     def _integrate(self, segments: list[Segment], progress: bool) -> End | None:
         """Integrate the run, appending each segment, until a condition ends it."""
@@ -187,8 +190,24 @@ class Solver:
     def _solve_dynamic(self, settings: exu.SimulationSettings, segment: Segment) -> None:
         """Integrate a segment from the final state of the segment before."""
         settings.timeIntegration.newton.relativeTolerance = self._relative_tolerance(segment)
+        self._renew_matrices(segment.first)
         self.solve(settings, segment)
         self._realign(segment.last)
+
+    def _renew_matrices(self, step: int) -> None:
+        """Let forces that turn with carriers know their matrices in the segment that begins at a step."""
+        if self._turning:
+            system = self.model.bare_mbs.systemData
+            q, q_t = system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)
+            for ends, part in self._turning:
+                ends.renew(step * self.scheme.steps.size, q[part].tolist(), q_t[part].tolist())
+
+    @cached_property
+    def _turning(self) -> list[tuple[StepEnds, np.ndarray]]:
+        """Steps of the forces that turn with carriers, and numbers of the coordinates on which these act."""
+        mbs = self.model.bare_mbs
+        turning = [ends for ends in step_ends_of(mbs) if ends.item is not None]
+        return [(ends, np.array(mbs.systemData.GetObjectLTGODE2(ends.item))) for ends in turning]
 
     def _realign(self, last: int) -> None:
         """Take back the angles by which the coordinates of held shafts have drifted from their imposed angles.
@@ -220,11 +239,11 @@ class Solver:
 
         These are the segment in which they begin to orbit, from which no accelerations are expected yet, segments in
         which their carrier turns little, and all segments where a mode is hardly damped: what is left of the residual
-        feeds vibrations like a damping ratio of -2e-5 at the default tolerance (measured).
+        feeds vibrations like a damping ratio of -2e-6 at the default tolerance (measured).
         """
-        usual = self.scheme.relative_tolerance
         if not self.model.pins:
-            return usual
+            return self.scheme.relative_tolerance
+        usual = LOOSER_ON_PINS * self.scheme.relative_tolerance
         turn = self._highest_carrier_speed * (segment.last - segment.first) * self.scheme.steps.size
         undamped = self.model.plan.damping_ratio < usual
         return CLOSE if segment.first == 0 or 0.0 < turn < LITTLE_TURN or undamped else usual
@@ -285,9 +304,10 @@ class Solver:
         spin = self.model.spins[self.model.gearbox.driving.name]
         return float(self.model.bare_mbs.systemData.GetODE2Coordinates_t()[spin])
 
-    @property
     def _remedy(self) -> str:
-        return f"try step={self.scheme.steps.size / 2:.2g} or more damping"
+        """What to try where Newton's iteration has failed in the present state."""
+        jam = jammed(self.model, np.array(self.model.bare_mbs.systemData.GetODE2Coordinates()))
+        return jam or f"try step={self.scheme.steps.size / 2:.2g} or more damping"
 
     @cached_property
     def bounds(self) -> list[int]:
@@ -318,8 +338,8 @@ class Solver:
             lost = np.flatnonzero(np.isnan(mesh.recorder.deflection[: end.sample + 1 if end else None]))
             if lost.size:
                 where = f"at t = {lost[0] * self.scheme.steps.interval:.6g} s"
-                cause = f"Newton's iteration failed, {lost.size} samples are lost"
-                raise RuntimeError(f"{where}: {cause}; {self._remedy}")
+                cause = f"{FAILED}, {lost.size} samples are lost"
+                raise RuntimeError(f"{where}: {cause}; {self._remedy()}")
 
 
 def progress_bar(scheme: Scheme, progress: bool) -> Any:

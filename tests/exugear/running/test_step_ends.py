@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from planetary_boxes import NEEDLE, PIN, helical_box, planar_box, waving_law
+from planetary_boxes import NEEDLE, PIN, STIFFNESS, helical_box, planar_box, waving_law
 
 import exugear
-from fem.units import rpm
+from fem.units import mm, rpm
 
 OPTIONS = {"progress": False, "checks": 0, "load": 400.0, "power": True}
 SETS = {
@@ -55,3 +56,14 @@ def test_sets_that_torques_drive_take_few_iterations():
     model = exugear.build(planar_box())
     data = exugear.run(model, **torques, start_speed=100.0, duration=0.05, progress=False, checks=0).data
     assert data.attrs["newton_iterations"] < 1.1
+
+
+def test_a_run_that_stops_where_teeth_without_backlash_part_says_so():
+    """Planets thrown outwards stand too close to the ring; once their teeth part, the back flanks would carry."""
+    phase, deflection = np.arange(32) / 32, np.array([0, 1 * mm])
+    stiffness = STIFFNESS * (1 + 0.3 * np.cos(2 * np.pi * phase))
+    law = exugear.MeshForce(phase, deflection, np.outer(stiffness, deflection), damping=100.0, backlash=0.0)
+    pin = replace(PIN, damping_time=5e-6)
+    model = exugear.build(planar_box(sun_bearing=pin, pin=pin, law=law))
+    with pytest.raises(exugear.RunStopped, match=r"-ring so close that their backlash of 0 um is used up"):
+        exugear.run_up(model, speed=(900 * rpm, 3000 * rpm), load=400.0, duration=0.2, progress=False, checks=0)
