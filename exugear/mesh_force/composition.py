@@ -48,6 +48,7 @@ from exugear.mesh_force.patches import (
     Patch,
     Range,
     along_phase,
+    cell_of_root,
     load_cell,
     node,
     nodes_of,
@@ -93,6 +94,8 @@ PAIR = record_type(
 SMALL, STEPS = 0.1, 40
 #: Share of the penetration over which loads of two tooth pairs without increments change linearly to 1e-9.
 LINEAR = 3e-4
+#: Change of the penetration by a step, over that before, up to which its fourth root is a series, to 3e-7.
+NEAR = 0.1
 #: Where it does not end, as where a tooth pair just touches, the deflection of each is found by halving, again and
 #: again for all: as the potential is convex, they come nearer to the solution each time.
 SWEEPS, HALVINGS = 40, 64
@@ -194,10 +197,7 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
 
 @fused
 def any_varies(teeth, number, further):
-    """Whether tooth pairs have increments, so that their moments may pull neighbours: that of a number or any before it.
-
-    further   how many before it
-    """
+    """Whether the tooth pair of a number, or any of so many before it, has increments: moments may pull neighbours."""
     for before in range(further + 1):
         row = row_of(teeth, number - before)
         if row.variant_1 >= 0 or row.variant_2 >= 0:
@@ -310,11 +310,14 @@ def of_two(teeth, single, block, a, b, penetration, largest_force):
     and their slopes, are mostly evaluated once: the law takes 0.57 times the time of `solve` and `summed`.
     """
     c, c_s = coupling(teeth, 0, int(b.s - a.s + 0.5), a.s)
-    advance(a, b, step_of_two(a.stiffness, b.stiffness, c, (c * b.load, c * a.load)))
-    (f_a, k_a), (f_b, k_b) = nearest_load(single, block, a), nearest_load(single, block, b)
+    step = step_of_two(a.stiffness, b.stiffness, c, (c * b.load, c * a.load))
+    a.x, b.x = after(a, step[0]), after(b, step[1])
+    root_a, root_b = root_of(a), root_of(b)
+    (f_a, k_a), (f_b, k_b) = nearest_load(single, block, a, root_a), nearest_load(single, block, b, root_b)
     for _ in range(STEPS):
-        advance(a, b, step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free)))
-        u, v = mid_plane_potential(single, block, a), mid_plane_potential(single, block, b)
+        step = step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free))
+        root_a, root_b = advance(a, root_a, step[0]), advance(b, root_b, step[1])
+        u, v = mid_plane_potential(single, block, a, root_a), mid_plane_potential(single, block, b, root_b)
         f_a, k_a, f_b, k_b = u.force, u.stiffness, v.force, v.stiffness
         step = step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free))
         if hardly_moves(step[0], a) and hardly_moves(step[1], b):
@@ -336,18 +339,41 @@ def of_two(teeth, single, block, a, b, penetration, largest_force):
 
 
 @fused(forceinline=True)
-def advance(a, b, step):
-    """Take a step (2,) of Newton's method of two tooth pairs; couplings only add to deflections."""
-    a.x, b.x = min(a.x - step[0], a.free), min(b.x - step[1], b.free)
+def after(pair, step):
+    """Deflection of a tooth pair after a step of Newton's method; couplings only add to deflections."""
+    return min(pair.x - step, pair.free)
 
 
 @fused_unchecked(forceinline=True)
-def nearest_load(single, block, pair):
-    """Load and stiffness of a tooth pair at x, by the slopes at the nearest node."""
+def root_of(pair):
+    """Fourth root of the penetration of a tooth pair over the largest one; 0 without contact."""
+    return sqrt(sqrt(max(pair.x - pair.unloaded, 0.0) * (1.0 / pair.largest)))
+
+
+@fused_unchecked(forceinline=True)
+def advance(pair, root, step):
+    """Take a step of Newton's method of a tooth pair with a `root_of`; returns the new one.
+
+    The new one is mostly a series, of which the deflection follows: what comes next would wait for square roots and a
+    division else. With reciprocals, which are ready before the step is, the law takes 0.93 times the time.
+    """
+    penetration, x = pair.x - pair.unloaded, after(pair, step)
+    change = (x - pair.x) * (1.0 / penetration)
+    if penetration > 0.0 and abs(change) < NEAR:
+        root *= 1.0 + change * (1 / 4 - change * (3 / 32 - change * (7 / 128 - change * 77 / 2048)))
+        pair.x = pair.unloaded + pair.largest * (root * root) ** 2
+        return root
+    pair.x = x
+    return root_of(pair)
+
+
+@fused_unchecked(forceinline=True)
+def nearest_load(single, block, pair, root):
+    """Load and stiffness of a tooth pair at x, by the slopes at the node nearest to its `root_of`."""
     penetration, m = pair.x - pair.unloaded, single.penetration_steps
     if penetration <= 0.0:
         return 0.0, 0.0
-    u = sqrt(sqrt(penetration / pair.largest)) * m
+    u = root * m
     j, i, ahead = min(int(u + 0.5), m), pair.low, pair.share
     if ahead > 0.5:
         i, ahead = pair.high, ahead - 1.0
@@ -358,15 +384,13 @@ def nearest_load(single, block, pair):
 
 
 @fused_unchecked(forceinline=True)
-def mid_plane_potential(single, block, pair):
-    """`Potential` of a tooth pair at x that has no centroid."""
+def mid_plane_potential(single, block, pair, root):
+    """`Potential` of a tooth pair without centroid at x, with its `root_of`."""
     extent, penetration = range_of_pair(pair), pair.x - pair.unloaded
     if penetration <= 0.0:
         return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
-    load = load_cell(single, penetration / extent.largest)
-    w = patch(single, single.potentials_start, block, cell_of(pair), load)
-    u = (load.low + load.share) / single.penetration_steps
-    return derivatives(extent, MID_PLANE, penetration, 0.0, w, u)
+    w = patch(single, single.potentials_start, block, cell_of(pair), cell_of_root(single, root))
+    return derivatives(extent, MID_PLANE, penetration, 0.0, w, root)
 
 
 @fused(forceinline=True)
