@@ -134,7 +134,7 @@ def row_of(teeth, number):
     return row_behind(teeth, teeth.pairs_start + ROW_SIZE * number)
 
 
-@fused
+@fused(forceinline=True)
 def coupling(teeth, kind, distance, s):
     """Coupling of the tooth pair at s with that at s + distance, and its slope by s.
 
@@ -159,7 +159,7 @@ def phase_of(table, cell: Cell):
     return (cell.low + cell.share) * (1.0 / table.steps_in_pitch)
 
 
-@fused_unchecked
+@fused_unchecked(forceinline=True)
 def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
     """Write position, range and deflections of all tooth pairs that may touch at a deflection of the mesh.
 
