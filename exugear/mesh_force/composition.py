@@ -21,7 +21,7 @@ evaluates polynomials over the load alone. That takes a third of the time of who
 tooth pairs of spur gears without increments need only one iteration, of whole potentials (`of_two`).
 """
 
-from math import ceil, floor, inf, nan, sqrt
+from math import ceil, inf, nan, sqrt
 
 from numba import carray, from_dtype, types
 
@@ -38,17 +38,17 @@ from exugear.mesh_force.increments import (
     increment,
     load_interval,
     unloaded_increment,
-    variant_of,
     write_interval,
 )
-from exugear.mesh_force.kernel_records import array_behind, behind, floats_behind, record_type, records_on_stack
-from exugear.mesh_force.layout import FORCE_TABLE, TEETH
+from exugear.mesh_force.kernel_records import array_behind, behind, record_type, records_on_stack
+from exugear.mesh_force.layout import FORCE_TABLE, TEETH, TOOTH_PAIR
 from exugear.mesh_force.patches import (
     Cell,
     Jet,
     Patch,
     Range,
     along_phase,
+    cell_of_root,
     load_cell,
     node,
     nodes_of,
@@ -94,6 +94,8 @@ PAIR = record_type(
 SMALL, STEPS = 0.1, 40
 #: Share of the penetration over which loads of two tooth pairs without increments change linearly to 1e-9.
 LINEAR = 3e-4
+#: Change of the penetration by a step, over that before, up to which its fourth root is a series, to 3e-7.
+NEAR = 0.1
 #: Where it does not end, as where a tooth pair just touches, the deflection of each is found by halving, again and
 #: again for all: as the potential is convex, they come nearer to the solution each time.
 SWEEPS, HALVINGS = 40, 64
@@ -105,14 +107,13 @@ LIGHT = 1e-3
 #: until the penetration is below the second share of its range, where the pair may part. The compliance of a narrow
 #: contact grows without bound as its load falls: full steps would go to no load and back for ever.
 KEPT, PARTED = 0.1, 1e-6
-#: Most deviation of a tooth pair from its place by pitch deviations [pitches].
-MOST_TURN = 0.05
 #: Numba's types of a table's head, and of tuples: laws without composition compile nothing of this module.
 HEAD = from_dtype(FORCE_TABLE)
 CELL_TYPE = types.NamedTuple((types.int64, types.int64, types.float64), Cell)
 RANGE_TYPE = types.NamedUniTuple(types.float64, len(Range._fields), Range)
 POTENTIAL_TYPE = types.NamedUniTuple(types.float64, len(Potential._fields), Potential)
-teeth_behind, pairs_on_stack = behind(TEETH), records_on_stack(PAIR, MOST)
+teeth_behind, row_behind, pairs_on_stack = behind(TEETH), behind(TOOTH_PAIR), records_on_stack(PAIR, MOST)
+ROW_SIZE = TOOTH_PAIR.itemsize
 
 
 @fused
@@ -128,12 +129,12 @@ def single_of(teeth):
 
 
 @fused
-def pitch_of(teeth, start, tooth):
-    """Pitch deviation of a tooth [m], of those that begin at a start [bytes from the head]."""
-    return floats_behind(teeth, start)[tooth]
+def row_of(teeth, number):
+    """`TOOTH_PAIR` by its number: from numbers of teeth, which take divisions, a call would take 1.07 times as long."""
+    return row_behind(teeth, teeth.pairs_start + ROW_SIZE * number)
 
 
-@fused
+@fused(forceinline=True)
 def coupling(teeth, kind, distance, s):
     """Coupling of the tooth pair at s with that at s + distance, and its slope by s.
 
@@ -155,35 +156,35 @@ def coupling(teeth, kind, distance, s):
 @fused
 def phase_of(table, cell: Cell):
     """Phase [pitches] of a cell of a table."""
-    return (cell.low + cell.share) / table.steps_in_pitch
+    return (cell.low + cell.share) * (1.0 / table.steps_in_pitch)
 
 
-@fused_unchecked
+@fused_unchecked(forceinline=True)
 def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
     """Write position, range and deflections of all tooth pairs that may touch at a deflection of the mesh.
 
     (number of them, deflection at which the first one touches; that of any that may touch)
     """
-    whole = int(floor(phase))  # noqa: RUF046 (a float in compiled code)
+    whole = int(phase)
     ahead, first = phase - whole, inf
-    k, n = int(ceil(teeth.first - ahead)), 0  # noqa: RUF046
-    tooth_1, tooth_2 = (k - whole) % teeth.z_1, (whole - k) % teeth.z_2
-    pull = 0.0
-    if teeth.pull > 0.0 and any_varies(teeth, tooth_1, tooth_2, int(teeth.last - ahead) - k):
+    k, n, pull = int(ceil(teeth.first)), 0, 0.0  # noqa: RUF046 (a float in compiled code)
+    if ahead + (k - 1) >= teeth.first:
+        k -= 1
+    if teeth.pull > 0.0 and any_varies(teeth, whole - k, int(teeth.last - ahead) - k):
         pull = teeth.pull
     while ahead + k <= teeth.last and n < MOST:
-        d_1, d_2 = pitch_of(teeth, teeth.pitch_1_start, tooth_1), pitch_of(teeth, teeth.pitch_2_start, tooth_2)
-        s = ahead + k + min(max((d_2 - d_1) * teeth.turn, -MOST_TURN), MOST_TURN)
+        row = row_of(teeth, whole - k)
+        s = ahead + k + row.moved
         if teeth.first <= s <= teeth.last:
             pair = pairs[n]
-            pair.s, pair.free = s, deflection - (d_1 + d_2)
+            pair.s, pair.free = s, deflection - row.pitch
             at = (s - teeth.first) * single.steps_in_pitch
             step = int(at)
             write_cell(single, block, Cell(step, step + 1, at - step), pair)
             pair.varies, pair.further, pair.further_slope = 0, 0.0, 0.0
             if teeth.in_block > 0:
-                write_variants(teeth, block, tooth_1, tooth_2, pair)
-            pair.touches = pair.unloaded + pair.further + d_1 + d_2
+                write_variants(teeth, block, row, pair)
+            pair.touches = pair.unloaded + pair.further + row.pitch
             if lever != 0.0 and single.has_centroid != 0:
                 centroid = centroid_of_block(single, block, cell_of(pair), range_of_pair(pair), 0.0)
                 pair.touches += lever * centroid.value
@@ -191,20 +192,16 @@ def place_pairs(teeth, single, block, phase, deflection, lever, pairs):
             if pair.touches - pull < deflection:
                 n += 1
         k += 1
-        tooth_1 = tooth_1 + 1 if tooth_1 + 1 < teeth.z_1 else 0
-        tooth_2 = tooth_2 - 1 if tooth_2 > 0 else teeth.z_2 - 1
     return n, first
 
 
 @fused
-def any_varies(teeth, tooth_1, tooth_2, further):
-    """Whether any of the tooth pairs from this one on has increments, so that their moments may pull neighbours."""
-    for _ in range(further + 1):
-        variant_1 = variant_of(teeth, teeth.variant_1_start, tooth_1)
-        if variant_1 >= 0 or variant_of(teeth, teeth.variant_2_start, tooth_2) >= 0:
+def any_varies(teeth, number, further):
+    """Whether the tooth pair of a number, or any of so many before it, has increments: moments may pull neighbours."""
+    for before in range(further + 1):
+        row = row_of(teeth, number - before)
+        if row.variant_1 >= 0 or row.variant_2 >= 0:
             return True
-        tooth_1 = tooth_1 + 1 if tooth_1 + 1 < teeth.z_1 else 0
-        tooth_2 = tooth_2 - 1 if tooth_2 > 0 else teeth.z_2 - 1
     return False
 
 
@@ -218,15 +215,13 @@ def write_cell(single, block, cell: Cell, pair):
 
 
 @fused
-def write_variants(teeth, block, tooth_1, tooth_2, pair):
+def write_variants(teeth, block, row, pair):
     """Write which increments a tooth pair has, and what they are without load."""
-    variant_1 = variant_of(teeth, teeth.variant_1_start, tooth_1)
-    variant_2 = variant_of(teeth, teeth.variant_2_start, tooth_2)
     first, variants = block * teeth.in_block, pair.variants
-    variants[0] = first + variant_1 if variant_1 >= 0 else -1
-    variants[1] = first + variant_2 if variant_2 >= 0 else -1
+    variants[0] = first + row.variant_1 if row.variant_1 >= 0 else -1
+    variants[1] = first + row.variant_2 if row.variant_2 >= 0 else -1
     variants[2] = beside_sum(teeth, variants[0], variants[1])
-    if variant_1 >= 0 or variant_2 >= 0:
+    if row.variant_1 >= 0 or row.variant_2 >= 0:
         pair.varies = 1
         pair.further, pair.further_slope = unloaded_increment(teeth, variants, pair.s)
 
@@ -315,11 +310,14 @@ def of_two(teeth, single, block, a, b, penetration, largest_force):
     and their slopes, are mostly evaluated once: the law takes 0.57 times the time of `solve` and `summed`.
     """
     c, c_s = coupling(teeth, 0, int(b.s - a.s + 0.5), a.s)
-    advance(a, b, step_of_two(a.stiffness, b.stiffness, c, (c * b.load, c * a.load)))
-    (f_a, k_a), (f_b, k_b) = nearest_load(single, block, a), nearest_load(single, block, b)
+    step = step_of_two(a.stiffness, b.stiffness, c, (c * b.load, c * a.load))
+    a.x, b.x = after(a, step[0]), after(b, step[1])
+    root_a, root_b = root_of(a), root_of(b)
+    (f_a, k_a), (f_b, k_b) = nearest_load(single, block, a, root_a), nearest_load(single, block, b, root_b)
     for _ in range(STEPS):
-        advance(a, b, step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free)))
-        u, v = mid_plane_potential(single, block, a), mid_plane_potential(single, block, b)
+        step = step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free))
+        root_a, root_b = advance(a, root_a, step[0]), advance(b, root_b, step[1])
+        u, v = mid_plane_potential(single, block, a, root_a), mid_plane_potential(single, block, b, root_b)
         f_a, k_a, f_b, k_b = u.force, u.stiffness, v.force, v.stiffness
         step = step_of_two(k_a, k_b, c, (a.x + c * f_b - a.free, b.x + c * f_a - b.free))
         if hardly_moves(step[0], a) and hardly_moves(step[1], b):
@@ -341,18 +339,41 @@ def of_two(teeth, single, block, a, b, penetration, largest_force):
 
 
 @fused(forceinline=True)
-def advance(a, b, step):
-    """Take a step (2,) of Newton's method of two tooth pairs; couplings only add to deflections."""
-    a.x, b.x = min(a.x - step[0], a.free), min(b.x - step[1], b.free)
+def after(pair, step):
+    """Deflection of a tooth pair after a step of Newton's method; couplings only add to deflections."""
+    return min(pair.x - step, pair.free)
 
 
 @fused_unchecked(forceinline=True)
-def nearest_load(single, block, pair):
-    """Load and stiffness of a tooth pair at x, by the slopes at the nearest node."""
+def root_of(pair):
+    """Fourth root of the penetration of a tooth pair over the largest one; 0 without contact."""
+    return sqrt(sqrt(max(pair.x - pair.unloaded, 0.0) * (1.0 / pair.largest)))
+
+
+@fused_unchecked(forceinline=True)
+def advance(pair, root, step):
+    """Take a step of Newton's method of a tooth pair with a `root_of`; returns the new one.
+
+    The new one is mostly a series, of which the deflection follows: what comes next would wait for square roots and a
+    division else. With reciprocals, which are ready before the step is, the law takes 0.93 times the time.
+    """
+    penetration, x = pair.x - pair.unloaded, after(pair, step)
+    change = (x - pair.x) * (1.0 / penetration)
+    if penetration > 0.0 and abs(change) < NEAR:
+        root *= 1.0 + change * (1 / 4 - change * (3 / 32 - change * (7 / 128 - change * 77 / 2048)))
+        pair.x = pair.unloaded + pair.largest * (root * root) ** 2
+        return root
+    pair.x = x
+    return root_of(pair)
+
+
+@fused_unchecked(forceinline=True)
+def nearest_load(single, block, pair, root):
+    """Load and stiffness of a tooth pair at x, by the slopes at the node nearest to its `root_of`."""
     penetration, m = pair.x - pair.unloaded, single.penetration_steps
     if penetration <= 0.0:
         return 0.0, 0.0
-    u = sqrt(sqrt(penetration / pair.largest)) * m
+    u = root * m
     j, i, ahead = min(int(u + 0.5), m), pair.low, pair.share
     if ahead > 0.5:
         i, ahead = pair.high, ahead - 1.0
@@ -363,15 +384,13 @@ def nearest_load(single, block, pair):
 
 
 @fused_unchecked(forceinline=True)
-def mid_plane_potential(single, block, pair):
-    """`Potential` of a tooth pair at x that has no centroid."""
+def mid_plane_potential(single, block, pair, root):
+    """`Potential` of a tooth pair without centroid at x, with its `root_of`."""
     extent, penetration = range_of_pair(pair), pair.x - pair.unloaded
     if penetration <= 0.0:
         return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
-    load = load_cell(single, penetration / extent.largest)
-    w = patch(single, single.potentials_start, block, cell_of(pair), load)
-    u = (load.low + load.share) / single.penetration_steps
-    return derivatives(extent, MID_PLANE, penetration, 0.0, w, u)
+    w = patch(single, single.potentials_start, block, cell_of(pair), cell_of_root(single, root))
+    return derivatives(extent, MID_PLANE, penetration, 0.0, w, root)
 
 
 @fused(forceinline=True)

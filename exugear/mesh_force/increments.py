@@ -71,12 +71,6 @@ def node(teeth, variant, i, j):
 
 
 @compiled
-def variant_of(teeth, start, tooth):
-    """Number of the increment of a tooth; -1: none."""
-    return int(floats_behind(teeth, start)[tooth])
-
-
-@compiled
 def beside_sum(teeth, variant_1, variant_2):
     """Number of what the increments of both teeth have beside their sum; -1: nothing."""
     if variant_1 < 0 or variant_2 < 0:

@@ -49,22 +49,23 @@ FORCE_TABLE = record_type(
     ("steps_in_pitch", "f8"),
     ("teeth", "i8"),
 )
-#: Head of what a law is composed of, whose teeth differ: numbers of teeth; position [pitches] at which the table of a
-#: single tooth pair begins, and up to which it reaches; numbers of couplings by distance and position, of positions of
-#: increments, of their loads, of increments in a block, and of those of pinion and wheel among them; position at which
-#: couplings begin, and their steps in a pitch; the same of increments, and the largest of their loads [N]; share of a
-#: pitch by which a difference of pitch deviations turns the teeth [1/m]; limit of the tilt by which the moment of a
-#: tooth pair works, per load [rad/N], and most by which such moments let neighbours touch earlier [m]; starts of the
-#: arrays [bytes from this head], meeting: number of what increments of both gears have beside their sum, over those of
-#: pinion and wheel.
+#: Head of what a law is composed of, whose teeth differ: position [pitches] at which the table of a single tooth pair
+#: begins, and up to which it reaches; numbers of couplings by distance and position, of positions of increments, of
+#: their loads, of increments in a block, and of those of pinion and wheel among them; position at which couplings
+#: begin, and their steps in a pitch; the same of increments, and the largest of their loads [N]; limit of the tilt by
+#: which the moment of a tooth pair works, per load [rad/N], and most by which such moments let neighbours touch earlier
+#: [m]; starts of the arrays [bytes from this head], pairs: of `TOOTH_PAIR` number 0, with those before and after it;
+#: meeting: number of what increments of both gears have beside their sum, over those of pinion and wheel.
 TEETH = record_type(
-    *((name, "i8") for name in ("z_1", "z_2", "distances", "coupled", "placed", "loads")),
+    *((name, "i8") for name in ("distances", "coupled", "placed", "loads")),
     *((name, "i8") for name in ("in_block", "of_pinion", "of_wheel")),
     *((name, "f8") for name in ("first", "last", "coupled_first", "coupled_steps", "placed_first", "placed_steps")),
-    *((name, "f8") for name in ("largest_load", "turn", "tilt_by_load", "pull")),
-    *((f"{name}_start", "i8") for name in ("pitch_1", "pitch_2", "variant_1", "variant_2", "coupling")),
-    *((f"{name}_start", "i8") for name in ("meeting", "increments", "single")),
+    *((name, "f8") for name in ("largest_load", "tilt_by_load", "pull")),
+    *((f"{name}_start", "i8") for name in ("pairs", "coupling", "meeting", "increments", "single")),
 )
+#: Teeth of a tooth pair, by the phase at which they meet at the pitch point: sum of their pitch deviations [m], how far
+#: these move the tooth pair [pitches], and numbers of the increments of pinion and wheel (-1: none).
+TOOTH_PAIR = record_type(("pitch", "f8"), ("moved", "f8"), ("variant_1", "i8"), ("variant_2", "i8"))
 #: An increment of a tooth at a load and a position: the deflection and its integral over t, its slopes by t, by a step
 #: of the position, and by both; t = sqrt(load / largest load); likewise the moment of the load.
 INCREMENT = record_type(

@@ -75,8 +75,14 @@ def phase_cell(table, phase):
 @fused
 def load_cell(table, share):
     """Cell along u at a share of the largest penetration."""
+    return cell_of_root(table, sqrt(sqrt(share)))
+
+
+@fused
+def cell_of_root(table, u):
+    """Cell along u."""
     m = table.penetration_steps
-    y = sqrt(sqrt(share)) * m
+    y = u * m
     j = min(int(y), m - 1)
     return Cell(j, j + 1, y - j)
 

@@ -58,7 +58,7 @@ def tabulate(force) -> np.record:
     axes = {name: np.atleast_1d(force.offsets.get(name, force.fixed_offsets.get(name, 0.0))) for name in OFFSETS}
     coast = None if force.coast is None else force.coast.table
     counts, of_coast = tuple(axis.size for axis in axes.values()), None if coast is None else coast.dtype
-    teeth = None if pairs is None else pairs.table()
+    teeth = None if pairs is None else pairs.table(pitches)
     of_teeth = None if teeth is None else teeth.dtype
     kind = table_type(counts, phase_steps, bool(np.any(force.centroid)), of_coast, of_teeth)
     arrays, tangents = _arrays(force, phase_steps, kind, tabulated)

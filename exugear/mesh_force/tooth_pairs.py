@@ -10,7 +10,7 @@ import scipy
 import xarray as xr
 
 from exugear.mesh_force.kernel_records import record_of, start_of_field
-from exugear.mesh_force.layout import INCREMENT, TEETH
+from exugear.mesh_force.layout import INCREMENT, TEETH, TOOTH_PAIR
 from fem.ste.load_interpolation import deflection_under, over_parts
 from fem.ste.ste_map import CENTROID, LAW_OFFSETS, STIFFNESS, TE, TORQUE, pair_of
 from fem.support.user_warning import warn_user
@@ -27,6 +27,8 @@ LIGHTEST, BELOW, WITHIN, BEYOND, LARGEST = 1e-4, 40, 100, 8, 2.5
 MOST_FALL = 0.15
 #: Share of its deflection by which the tilt of a tooth pair may move the flanks at the longest arm of its load.
 LIMIT = 0.5
+#: Most deviation of a tooth pair from its place by pitch deviations [pitches].
+MOST_TURN = 0.05
 #: Longest arm of loads whose moments do not count [m]: flanks tilt by up to 1e-3.
 LEAST_ARM = 1e-6
 #: Unloaded deflection of a single tooth pair up to which it is on the path of contact [m].
@@ -161,18 +163,27 @@ class ToothPairs:
         }
         return replace(self, **none, **empty)
 
-    def table(self) -> np.record:
-        """The packed arrays behind the table of a law."""
+    def rows(self, number: np.ndarray) -> np.ndarray:
+        """Records TOOTH_PAIR by their numbers, the phases [pitches] at which they meet at the pitch point."""
+        tooth_1, tooth_2 = -number % self.pitch_1.size, number % self.pitch_2.size
+        pitch_1, pitch_2 = self.pitch_1[tooth_1], self.pitch_2[tooth_2]
+        rows = np.empty(number.size, TOOTH_PAIR)
+        rows["pitch"] = pitch_1 + pitch_2
+        rows["moved"] = np.clip((pitch_2 - pitch_1) * self.turn, -MOST_TURN, MOST_TURN)
+        rows["variant_1"], rows["variant_2"] = self.variant_1[tooth_1], self.variant_2[tooth_2]
+        return rows
+
+    def table(self, pitches: int) -> np.record:
+        """The packed arrays behind the table of a law over a number of pitches."""
+        reach = ceil(max(-self.first, self.last)) + 1
         single = self.single.table
         coupling = _with_slopes(np.concatenate([self.coupling[None], self.moment_coupling]))
         increments = _nodes(self.increments, self.moments, self.largest_load)
         arrays = {
-            "pitch_1": self.pitch_1,
-            "pitch_2": self.pitch_2,
-            "variant_1": np.array(self.variant_1, float),
-            "variant_2": np.array(self.variant_2, float),
+            "pairs": self.rows(np.arange(-reach, pitches + reach + 1)),
             "coupling": coupling,
             "meeting": self.meeting,
+            "increments": increments,
         }
         kind = np.dtype(
             (
@@ -180,19 +191,17 @@ class ToothPairs:
                 np.dtype(
                     [
                         ("head", TEETH),
-                        *((name, "f8", values.shape) for name, values in arrays.items()),
-                        ("increments", INCREMENT, increments.shape),
+                        *((name, values.dtype, values.shape) for name, values in arrays.items()),
                         ("single", single.dtype),
                     ],
                     align=True,
                 ),
             )
         )
-        starts = {f"{name}_start": start_of_field(kind, name) for name in (*arrays, "increments", "single")}
+        starts = {f"{name}_start": start_of_field(kind, name) for name in (*arrays, "single")}
+        starts["pairs_start"] += reach * TOOTH_PAIR.itemsize
         head = record_of(
             TEETH,
-            z_1=self.pitch_1.size,
-            z_2=self.pitch_2.size,
             distances=len(self.coupling),
             coupled=self.coupling.shape[1],
             placed=self.increments.shape[1],
@@ -207,12 +216,11 @@ class ToothPairs:
             placed_first=self.placed_first,
             placed_steps=self.placed_steps,
             largest_load=self.largest_load,
-            turn=self.turn,
             tilt_by_load=self.tilt_by_load,
             pull=self.pull,
             **starts,
         )
-        return record_of(kind, head=head, **arrays, increments=increments, single=single)
+        return record_of(kind, head=head, **arrays, single=single)
 
 
 def _with_slopes(values: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from coarse_maps import COARSE
-from composed_laws import law_of_equal_pairs
+from composed_laws import PAIR_STIFFNESS, law_of_equal_pairs
 from unequal_teeth import once_per_turn, pair_of_unequal_teeth
 
 import exugear
@@ -420,6 +420,19 @@ def test_once_per_turn_pitch_error_of_equally_stiff_pairs_has_the_lines_of_the_c
     expected = amplitude * np.abs(eps * np.sinc(u * eps) + (2 - eps) * np.sinc(u * (2 - eps))) / 2
     assert expected / um == pytest.approx([9.930, 0.169, 0.221], abs=1e-3)
     assert lines == pytest.approx(expected, abs=0.004 * um)
+
+
+def test_equally_stiff_pairs_carry_what_their_pitch_deviations_leave():
+    """Each pair of teeth that meet in 156 pitches, those at both ends of the period and in the next ones included."""
+    pitch_1, pitch_2 = (np.random.default_rng(z).uniform(-5 * um, 5 * um, z) for z in (12, 13))
+    law = law_of_equal_pairs(pitch_1, pitch_2, 156, 1.6)
+    phase, deflection = np.add.outer(np.arange(-2, 320), [0.1, 0.4, 0.9]).ravel(), 20 * um
+    forces = np.zeros(phase.size)
+    for ahead in (-1, 0, 1):
+        number = np.round(phase).astype(int) + ahead
+        penetration = np.maximum(deflection - pitch_1[-number % 12] - pitch_2[number % 13], 0.0)
+        forces += np.where(np.abs(phase - number) < 0.8, PAIR_STIFFNESS * penetration, 0.0)
+    assert law(phase, deflection) == pytest.approx(forces, rel=1e-9)
 
 
 def test_an_eccentric_gear_has_its_eccentricity_as_order_one():
