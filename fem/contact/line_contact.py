@@ -41,9 +41,9 @@ from fem.support.numba_cache import kept_unchecked, unchecked
 #: Share of the mesh force by which loads may change in the last Newton step, and their sum differ: the tangent
 #: stiffness is that before this step.
 CONVERGED = 1e-8
-#: Largest number of steps. After so many full ones, they are halved until what is not balanced falls, at most to this
-#: share.
-STEPS, FULL, LEAST_SHARE = 200, 15, 1 / 256
+#: Largest number of steps. They are halved until what is not balanced falls, at most to this share: full ones diverge
+#: where slices whose flanks nest or that touch on a part of the face take up load.
+STEPS, LEAST_SHARE = 200, 1 / 256
 #: Half-planes under whole slices are clamped at this depth, in modules, or deeper: at this share of the half-width of
 #: the contact under the largest force.
 DEPTH, DEEPER = 1 / 5, 1.5
@@ -351,7 +351,7 @@ def _equilibrium(contact, mesh_force, gap, touches):
     width = WIDTH_WITH_SLOPES if n > touches.size else WIDTH
     compliance, stiffness, change = contact.compliance.copy(), 0.0, inf
     last_p, last_te, moved, te_step, share, last_unbalanced = p, te, p, 0.0, 1.0, inf
-    for step in range(STEPS):
+    for _ in range(STEPS):
         if softens:
             softer = _times(contact.softening, p) if te < contact.softest_te else np.zeros((1, n))
             for i in range(n):
@@ -371,7 +371,7 @@ def _equilibrium(contact, mesh_force, gap, touches):
         for i in range(n):
             rest[0, i] -= p[0, i]
             unbalanced += rest[0, i] ** 2
-        if step > FULL and unbalanced > last_unbalanced and share > LEAST_SHARE:
+        if unbalanced > last_unbalanced and share > LEAST_SHARE:
             share /= 2
             p, te = last_p + share * moved, last_te + share * te_step
             continue
