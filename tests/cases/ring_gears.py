@@ -40,6 +40,13 @@ def wind_turbine_stage(**options) -> fem.GearPair:
     )
 
 
+def few_teeth() -> fem.GearPair:
+    """Pinion of 17 teeth in a ring of 52, module 3 mm."""
+    sizes = {"m_n": 3 * mm}
+    pinion = planet(17, 0.4, d_bore=(17 - 2.5 + 0.8 - 4) * 3 * mm, **sizes)
+    return fem.GearPair(pinion, ring(-52, 0.2, d_a=(52 - 2.0) * 3 * mm, d_rim=(52 + 2.1 + 6) * 3 * mm, **sizes))
+
+
 def bolted(**options) -> fem.Bolts:
     """Bolts of a ring, by default eight."""
     placed = {} if "angles" in options else {"number": 8}

@@ -7,7 +7,7 @@ import pytest
 from contacts import contact_of, densities_of
 from mating_gears import deformable_gear, gaps_of, mating, unbalanced_force
 from raw_twin import balanced, problem_of
-from ring_gears import bolted, helical_ring_pair, planet, ring, ring_pair, thin_ring_pair, wind_turbine_stage
+from ring_gears import bolted, few_teeth, helical_ring_pair, planet, ring, ring_pair, thin_ring_pair, wind_turbine_stage
 from skfem import ElementHex1, ElementHex2, ElementQuad2
 from twins import plane_twin, yield_by_bending
 
@@ -75,12 +75,6 @@ def test_compliance_and_contact_are_near_on_a_coarse_mesh():
 def thin_rim() -> fem.GearPair:
     """ISMA 2016: 39 teeth in 99, the rim 2.25 modules thick."""
     return fem.GearPair(planet(39, 0.1), ring(-99, 0.1, height=0.9, rim=2.25))
-
-
-def few_teeth() -> fem.GearPair:
-    sizes = {"m_n": 3 * mm}
-    pinion = planet(17, 0.4, d_bore=(17 - 2.5 + 0.8 - 4) * 3 * mm, **sizes)
-    return fem.GearPair(pinion, ring(-52, 0.2, d_a=(52 - 2.0) * 3 * mm, d_rim=(52 + 2.1 + 6) * 3 * mm, **sizes))
 
 
 @pytest.mark.slow

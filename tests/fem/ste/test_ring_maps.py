@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ring_gears import COARSE, helical_ring_pair, planet, ring, ring_pair, wind_turbine_stage
+from ring_gears import COARSE, few_teeth, helical_ring_pair, planet, ring, ring_pair, wind_turbine_stage
 
 import fem
 from fem.units import mm, um
@@ -108,6 +108,26 @@ def test_slices_agree_with_strips(pair):
     assert np.ptp(slices, axis=1) == pytest.approx(np.ptp(strips, axis=1), rel=0.015)
 
 
+def test_slices_at_tip_corners_of_a_third_tooth_pair_agree_with_strips():
+    """Within 0.15 % of the mean: the corner yields more than a half-plane, by a logarithm."""
+    pair, phases = fem.GearPair(planet(39, 0.1), ring(-99, 0.1, height=0.9, rim=2.25)), [1 / 48, 1 / 16, 1 / 6, 5 / 16]
+    strips, slices = (
+        ste_of(pair, [200], phases, resolution=model)["te"].values[0] for model in (fem.Resolution(), fem.Slices())
+    )
+    assert (np.abs(slices - strips) < 1.5e-3 * strips.mean()).all()
+
+
+def test_slices_converge_on_a_misaligned_crowned_ring_pair():
+    """Full Newton steps diverge there, as few slices carry the load at first."""
+    pinion = planet(36, 0.43, flank=(fem.LeadCrowning(10 * um),))
+    pair, tilt = fem.GearPair(pinion, ring(-84, 0.33, height=0.73)), fem.Offsets(misalignment=2e-4)
+    slices, strips = (
+        ste_of(pair, [86], [1 / 3], resolution=model, offsets=tilt)["te"].item()
+        for model in (fem.Slices(), fem.Resolution())
+    )
+    assert slices == pytest.approx(strips, rel=5e-3)
+
+
 def test_modifications_and_pitch_deviations_of_a_ring_open_its_gap():
     """A relief moves te by its amount where its flank touches alone; a tooth set back leaves its load to the next."""
     crowned = replace(ring(), flank=(fem.LeadCrowning(10 * um), fem.ProfileCrowning(4 * um)))
@@ -140,16 +160,18 @@ def test_accuracy_and_cost_are_those_of_external_pairs():
     [
         (ring_pair(), (10, 50, 150)),
         (fem.GearPair(planet(39, 0.1), ring(-99, 0.1, height=0.9, rim=2.25)), (10, 60, 200)),
+        (few_teeth(), (25, 80, 250)),
+        (wind_turbine_stage(), (1e5, 2e5, 4e5)),
     ],
-    ids=["rim of 5 modules", "thin rim"],
+    ids=["rim of 5 modules", "thin rim", "few teeth", "NREL"],
 )
 def test_slices_of_spur_rings_are_near_strips(pair, torque):
-    """Mean within 0.1 %, any phase 0.35 % and peak to peak 0.25 % of the mean, light and heavy loads included."""
+    """Mean within 0.1 %, any phase 0.25 % and peak to peak the larger of 0.15 % of the mean and 0.5 % of it."""
     strips, slices = (
         fem.static_transmission_error(pair, torque, 24, resolution=model, progress=False)["te"].values
         for model in (fem.Resolution(), fem.Slices())
     )
-    mean = strips.mean(axis=1)
+    mean, swing = strips.mean(axis=1), np.ptp(strips, axis=1)
     assert slices.mean(axis=1) == pytest.approx(mean, rel=1e-3)
-    assert (np.abs(slices - strips).max(axis=1) < 3.5e-3 * mean).all()
-    assert (np.abs(np.ptp(slices, axis=1) - np.ptp(strips, axis=1)) < 2.5e-3 * mean).all()
+    assert (np.abs(slices - strips).max(axis=1) < 2.5e-3 * mean).all()
+    assert (np.abs(np.ptp(slices, axis=1) - swing) < np.maximum(5e-3 * swing, 1.5e-3 * mean)).all()
