@@ -215,7 +215,7 @@ def user_functions(
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         if ends is not None:
-            return ends.asked(t, q, q_t, (factor, factor_t))
+            return ends.matrix_for_newton(t, q, q_t, (factor, factor_t))
         matrix = share_of(t, q, q_t, (factor, factor_t))
         if state["steps"]["duration"]:
             note_matrix(state, frame, matrix, sizes)

@@ -443,7 +443,7 @@ def add_pin(mbs, nodes: tuple[Any, Any], pin: Pin) -> int:
         return matrix
 
     def pin_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        return ends.asked(t, q, q_t, (factor, factor_t))
+        return ends.matrix_for_newton(t, q, q_t, (factor, factor_t))
 
     ends = StepEnds(n + m, share_of)
     pin.record.ends = ends.address

@@ -177,8 +177,10 @@ def motion_in_bearings(model: Model, on_bearings: Motions, part: slice = ALL) ->
 
     on_bearings   their motions in it, `motions_on_bearings`
     """
-    of_housing = model.seats.motion(model.meshes[0].recorder.deflection.size) if model.seats else None
-    return against_seats(model, on_bearings, of_housing and tuple(x[part] for x in of_housing))
+    if not model.seats:
+        return against_seats(model, on_bearings, None)
+    q, q_t = model.seats.motion(model.meshes[0].recorder.deflection.size)
+    return against_seats(model, on_bearings, (q[part], q_t[part]))
 
 
 def against_seats(

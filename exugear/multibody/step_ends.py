@@ -30,7 +30,6 @@ to 1.81 (9 balls) and from 2.20 to 2.13 (14 rollers), over linear extrapolation.
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import exudyn as exu
 import numpy as np
 from numba import carray, types
 
@@ -57,7 +56,7 @@ STEP_ENDS = record_type(
 step_ends_at = reader(STEP_ENDS)
 numbers_at = pointer_to(types.int64)
 #: Function (t, q, q_t, factors of the derivatives by coordinates and by velocities) -> share J (n, n).
-ShareOf = Callable[[float, Any, Any, tuple[float, float]], np.ndarray]
+ShareOf = Callable[[float, Any, Any, tuple[float, ...]], np.ndarray]
 #: Key under which a system keeps the `StepEnds` of its forces.
 KEY = "step ends"
 
@@ -65,17 +64,20 @@ KEY = "step ends"
 class StepEnds:
     """What a force on n coordinates needs to be evaluated at the expected ends of steps.
 
-    share_of   function (t, q, q_t, factors) -> share J (n, n) of a force that turns with a carrier
-    item       number of its object, None of a force that does not turn
+    share_of   function (t, q, q_t, factors) -> share J (n, n) of a force that turns with a carrier; None of others
+    item       number of its object, None of others
     record     `STEP_ENDS`, whose address kernels read
     matrix     (n, n) share J of the force in the matrix of Newton's iteration, transposed
     shared     what a mesh shares with others (`share`)
+    factors    displacement and rate per acceleration at the end of a step [s^2, s]; () without steps
     renewed    whether `renew` has computed the share that the iteration will ask for
     """
 
     def __init__(self, n: int, share_of: ShareOf | None = None):
-        self.share_of, self.renewed = share_of, False
-        self.item: exu.ObjectIndex | None = None
+        self.share_of: Any = share_of
+        self.item: Any = None
+        self.renewed = False
+        self.factors: tuple[float, ...] = ()
         self.shared: tuple[np.ndarray, ...] = ()
         self.record, self.matrix = np.zeros(1, STEP_ENDS)[0], np.zeros((n, n))
         self.last, self.state = np.zeros(2 * n), np.zeros(2 * n)
@@ -87,12 +89,12 @@ class StepEnds:
     def follow(self, rule: Rule | None) -> None:
         """Predict the steps of a rule from the next call on; None: no further step. Earlier steps are forgotten."""
         self.record.duration, self.record.last_time, self.record.predicts = 0.0, np.nan, 0.0
-        self.record.known, self.matrix[:], self.renewed = 0.0, 0.0, False
+        self.record.known, self.matrix[:], self.renewed, self.factors = 0.0, 0.0, False, ()
         self.record.mobilities = self.record.numbers = self.record.changes = 0
         if rule is not None:
-            h = rule.step
-            self.record.by_acceleration, self.record.rate_by_acceleration = rule.beta * h**2, GAMMA * h
-            self.record.duration = h
+            self.factors = rule.beta * rule.step**2, GAMMA * rule.step
+            self.record.by_acceleration, self.record.rate_by_acceleration = self.factors
+            self.record.duration = rule.step
 
     def share(self, numbers: Sequence[int], mobilities: np.ndarray, changes: np.ndarray) -> None:
         """Let a mesh add what its force changes in a step to `changes_in_step`; numbers, mobilities: as `STEP_ENDS`."""
@@ -102,7 +104,7 @@ class StepEnds:
 
     def note(self, matrix: np.ndarray) -> None:
         """Note the share J (n, n) of the force in the matrix of Newton's iteration."""
-        if self.record["duration"]:
+        if self.factors:
             self.matrix[:] = matrix.T
 
     def renew(self, t: float, q: list[float], q_t: list[float]) -> None:
@@ -111,13 +113,12 @@ class StepEnds:
         Exudyn evaluates the forces of the first step before it asks for the matrix: with the share in the matrix
         before, from which the force has turned away, they would leave 5e-6 of the torques unbalanced.
         """
-        if self.record["duration"]:
-            factors = float(self.record.by_acceleration), float(self.record.rate_by_acceleration)
-            self.note(self.share_of(t, q, q_t, factors))
+        if self.factors:
+            self.note(self.share_of(t, q, q_t, self.factors))
             self.renewed = True
 
-    def asked(self, t: float, q, q_t, factors: tuple[float, float]) -> np.ndarray:
-        """(n, n) share for the iteration, which asks at coordinates and velocities (n,)."""
+    def matrix_for_newton(self, t: float, q, q_t, factors: tuple[float, float]) -> np.ndarray:
+        """(n, n) share J at coordinates and velocities (n,), for which Newton's iteration asks."""
         if self.renewed:
             self.renewed = False
             return self.matrix.T.copy()
