@@ -29,8 +29,8 @@ MARGIN = sqrt(0.5)
 NEWTON_SHARE = 0.1
 #: The same where planets stand on pins, over that of other runs: their forces are evaluated at the expected ends of
 #: steps, so that the first iteration is close already. It changes the rms of 95 % of the windows of DTE and mesh forces
-#: by less than 5e-5 and 3e-4 at a damping ratio of 0.02, and 6e-4 and 8e-4 at 0.005, where the step changes them by
-#: 2e-3 to 8e-3 and 4e-3 to 2e-2; iterations a step at 560 Hz are 1.03 to 1.16 for 1.3 to 1.5 (measured).
+#: by less than 7e-5 and 4e-4 at a damping ratio of 0.02, and 7e-4 and 1e-3 at 0.005, where the step changes them by at
+#: least 2e-3 and 3e-3 and up to 8e-3 and 2e-2 (measured); at a third of it iterations take up to 12 % longer.
 LOOSER_ON_PINS = 5.0
 #: Residual over the largest static mesh force, over the tolerance: below it Newton's iteration stops.
 RESIDUAL_SHARE = 1e-3

@@ -21,10 +21,10 @@ motion at w: it helps for w h < pi / 3, above which runs have little; higher dif
 Where teeth come into contact the force of a mesh differs from the one expected so, and accelerates its bodies further.
 The mesh adds that to a*, and forces that are evaluated after it in this step add it to theirs (`expect_change`).
 
-Iterations a step of planetary sets on the maps of finite elements at a mesh frequency of 560 Hz are 1.06 with a held
-carrier, 1.03 where the sun drives and 1.16 where the carrier drives, in the plane and in space; without such changes
-2.0, and those of steady orbits 1.00. Of shafts on rolling bearings they fall at a resonance from 1.87
-to 1.81 (9 balls) and from 2.20 to 2.13 (14 rollers), over linear extrapolation.
+Iterations a step of planetary sets on the maps of finite elements at a mesh frequency of 560 Hz are 1.03 with a held
+carrier, 1.01 where the sun drives and 1.08 where the carrier drives, in the plane and in space; without such changes
+2.0, and those of steady orbits 1.00. Of shafts on rolling bearings they fall at a resonance from 1.87 to 1.81 (9 balls)
+and from 2.20 to 2.13 (14 rollers), over linear extrapolation.
 """
 
 from collections.abc import Callable, Sequence

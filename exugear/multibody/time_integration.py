@@ -31,7 +31,7 @@ from fem.support.progress import moving
 SEGMENTS, LONGEST_SEGMENT = 100, 3000
 #: Turn of a carrier of planets on elastic pins in a segment [rad], but for the least number of steps. Each segment
 #: renews the matrix of Newton's iteration, from which the directions of pins and meshes turn away: iterations a step
-#: are 1.05 at a turn of 0.1, 1.16 at 0.3 and 1.35 from 0.6 on; renewing takes as long as 35 steps (measured).
+#: are 1.01 at a turn of 0.1, 1.08 at 0.3 and 1.20 at 0.6; renewing takes as long as 35 steps (measured).
 CARRIER_TURN, LEAST_STEPS = 0.3, 400
 #: Turn of a carrier of planets on pins in a segment [rad] up to which the first iteration of the next segment, whose
 #: forces follow from the matrix of this segment, may end within the usual tolerance, and let planets vibrate by that.
